@@ -1,0 +1,44 @@
+# One library per folder: mantle_library(model SOURCES ... PUBLIC ... PRIVATE ...) makes the target
+# mantle_model, alias mantle::model, whose headers are included as "model/name.h".
+
+add_library(mantle_flags INTERFACE)
+target_compile_options(mantle_flags INTERFACE -Wall -Wextra -Wconversion -Wno-sign-conversion
+  $<$<BOOL:${MANTLE_WERROR}>:-Werror>)
+if(MANTLE_SANITIZE)
+  target_compile_options(mantle_flags INTERFACE -fsanitize=${MANTLE_SANITIZE} -fno-omit-frame-pointer
+    -fno-sanitize-recover=all)
+  target_link_options(mantle_flags INTERFACE -fsanitize=${MANTLE_SANITIZE})
+endif()
+
+function(mantle_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  add_library(mantle_${name} STATIC ${ARG_SOURCES})
+  add_library(mantle::${name} ALIAS mantle_${name})
+  set_target_properties(mantle_${name} PROPERTIES EXPORT_NAME ${name})
+  target_include_directories(mantle_${name} PUBLIC
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/mantle>)
+  target_compile_features(mantle_${name} PUBLIC cxx_std_20)
+  target_link_libraries(mantle_${name} PUBLIC ${ARG_PUBLIC}
+    PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:mantle_flags>)
+  install(TARGETS mantle_${name} EXPORT mantleTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+  install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mantle/${name} FILES_MATCHING PATTERN "*.h")
+endfunction()
+
+# mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
+function(mantle_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LIBS;SOURCES" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  string(REPLACE "." "_" target "test_${name}")
+  add_executable(${target} ${ARG_UNPARSED_ARGUMENTS} ${ARG_SOURCES})
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(${target} PRIVATE MANTLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    MANTLE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gtest_main mantle_flags)
+  add_test(NAME ${name} COMMAND ${target})
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+endfunction()

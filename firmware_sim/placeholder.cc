@@ -1,0 +1,1 @@
+namespace mantle::firmware_sim {}

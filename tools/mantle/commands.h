@@ -1,0 +1,16 @@
+#pragma once
+
+/// The subcommands of the program `mantle`. Each Add...Command registers one subcommand with its
+/// options and a callback; the callback stores the exit status.
+///
+/// Exit status: 0 success; 2 bad input (scene, option, output folder), said in one line;
+/// 3 a run that could not continue (what it reached is kept as *.partial); 1 anything else.
+
+#include <CLI/CLI.hpp>
+
+namespace mantle::tools {
+
+inline constexpr int kExitBadInput = 2;
+inline constexpr int kExitCannotContinue = 3;
+
+}  // namespace mantle::tools
