@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/LU>
+#include <span>
+#include <vector>
+
+/// O(N) direct solver for block-tridiagonal matrices, eliminated from the last block to the first, so
+/// that what remains at block 0 is the Schur complement on the end that joins the rest of a robot.
+///
+///   A_ii' = A_ii - A_i,i+1 W_i+1,   W_i = A_ii'^-1 A_i,i-1
+
+namespace mantle::model {
+
+template <int B>
+class BlockTridiagonal {
+ public:
+  using Block = Eigen::Matrix<double, B, B>;
+  using Vector = Eigen::Matrix<double, B, 1>;
+
+  explicit BlockTridiagonal(int blocks = 0)
+      : diagonal(blocks), upper(blocks), lower(blocks), inverse_(blocks), w_(blocks) {}
+
+  int size() const { return static_cast<int>(diagonal.size()); }
+  void SetZero() {
+    for (int i = 0; i < size(); ++i) {
+      diagonal[i].setZero();
+      upper[i].setZero();
+      lower[i].setZero();
+    }
+  }
+
+  /// A_ii, A_i,i+1 in upper[i] and A_i+1,i in lower[i]. Factor() overwrites `diagonal`.
+  std::vector<Block> diagonal, upper, lower;
+
+  /// Eliminates blocks size-1 ... first; false if a pivot block is singular or not finite. Blocks
+  /// below `first` hold their Schur complements afterwards.
+  bool Factor(int first) {
+    for (int i = size() - 1; i >= first; --i) {
+      inverse_[i] = diagonal[i].inverse();
+      if (!inverse_[i].allFinite()) return false;
+      if (i > 0) {
+        w_[i].noalias() = inverse_[i] * lower[i - 1];
+        diagonal[i - 1].noalias() -= upper[i - 1] * w_[i];
+      }
+    }
+    return true;
+  }
+
+  /// First half of a solve: b_i <- A_ii'^-1 b_i' and b_i-1 <- b_i-1 - A_i-1,i b_i, down to `first`.
+  template <typename Vec>
+  void Eliminate(int first, Vec&& b) const {
+    for (int i = size() - 1; i >= first; --i) {
+      const Vector y = inverse_[i] * b.template segment<B>(B * i);
+      b.template segment<B>(B * i) = y;
+      if (i > 0) b.template segment<B>(B * (i - 1)).noalias() -= upper[i - 1] * y;
+    }
+  }
+
+  /// Second half: x_i = y_i - W_i x_i-1 for i = first ..., with x_first-1 already in place (taken as
+  /// zero where first = 0).
+  template <typename Vec>
+  void Substitute(int first, Vec&& b) const {
+    for (int i = first; i < size(); ++i) {
+      if (i > 0) {
+        b.template segment<B>(B * i).noalias() -= w_[i] * b.template segment<B>(B * (i - 1));
+      }
+    }
+  }
+
+  /// log10 |det| is not needed; the sign of the determinant tells stability in statics.
+  int DeterminantSign(int first) const {
+    int sign = 1;
+    for (int i = size() - 1; i >= first; --i) {
+      if (inverse_[i].determinant() < 0.0) sign = -sign;
+    }
+    return sign;
+  }
+
+ private:
+  std::vector<Block> inverse_, w_;
+};
+
+}  // namespace mantle::model

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "model/plant.h"
+
+/// Energies, powers and works by name, assembled element by element and load by load, independently of
+/// the integrator and of the assembled force vector. The semi-discrete power balance is
+///
+///   dT/dt + dV/dt + dissipation = sum of load powers + constraint power,
+///   T = 1/2 v^T M v,  dT/dt = v^T M v_dot + 1/2 v^T M_dot v,
+///
+/// which holds to round-off for exact coupling. Frozen coupling has no such balance ([physics.md] 4).
+/// Powers and kinetic energy are those seen in the frame that moves with the water.
+
+namespace mantle::model {
+
+struct Energies {
+  double kinetic_solid_j{0}, kinetic_water_j{0}, elastic_arms_j{0}, elastic_mantle_j{0};
+  double total() const { return kinetic_solid_j + kinetic_water_j + elastic_arms_j + elastic_mantle_j; }
+};
+
+Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work);
+
+class EnergyAccount {
+ public:
+  explicit EnergyAccount(const Plant& plant);
+
+  /// Names of loads and cables ("weight", "drag.arm1", "cable.arm1.left", "jet_thrust", ...); what the
+  /// scene does not name is not here.
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<double>& work_j() const { return work_; }
+  std::vector<double>& mutable_work_j() { return work_; }
+  double dissipated_j() const { return dissipated_; }
+  double stress_work_arms_j() const { return stress_arms_; }
+  void Restore(const std::vector<double>& work_j, double dissipated_j) {
+    work_ = work_j;
+    dissipated_ = dissipated_j;
+  }
+
+  /// Powers [W] of every name at one instant (`work` from EvaluateForces at that state, `acceleration`
+  /// the v_dot there; used for the constraint power of a prescribed root alone).
+  void EvaluatePowers(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                      const PlantWork& work, const VectorX& acceleration);
+  const std::vector<double>& power_w() const { return power_; }
+  double dissipation_w() const { return dissipation_; }
+  double stress_power_arms_w() const { return stress_power_arms_; }
+  double stress_power_mantle_w() const { return stress_power_mantle_; }
+
+  /// work += weight * power, as the integrator's quadrature says.
+  void Accumulate(double weight_s);
+
+  /// |dT/dt + dV/dt + dissipation - powers| over the sum of the magnitudes, at the instant of the last
+  /// EvaluatePowers.
+  double BalanceResidual(const Plant& plant, const PlantState& state, const PlantWork& work,
+                         const VectorX& acceleration);
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<double> power_, work_;
+  double dissipation_{0}, dissipated_{0}, stress_arms_{0};
+  double stress_power_arms_{0}, stress_power_mantle_{0};
+  double weight_sum_{0};
+  VectorX scratch_;
+};
+
+}  // namespace mantle::model

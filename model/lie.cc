@@ -1,0 +1,269 @@
+#include "model/lie.h"
+
+#include <cmath>
+
+namespace mantle::model {
+namespace {
+
+// Below this s = |omega|^2 the Taylor series are used (17 terms: truncation under 1e-17 relative);
+// below kTinyLimit six terms do.
+constexpr double kSeriesLimit = 2.5;
+constexpr double kTinyLimit = 0.02;
+
+// |B_2k| / (2k)! for k = 1..18: Taylor coefficients of c(s) (Abramowitz & Stegun 4.3.70).
+constexpr double kBernoulli[] = {
+    1.0 / 12.0,           1.0 / 720.0,          1.0 / 30240.0,        1.0 / 1209600.0,
+    1.0 / 47900160.0,     691.0 / 1307674368e3, 1.0 / 74724249600.0,  3.3896802963225829e-13,
+    8.5860620562778446e-15, 2.1748686985580619e-16, 5.5090028283602295e-18, 1.3954464685812523e-19,
+    3.5347070396294675e-21, 8.9535174270375469e-23, 2.2679524523376831e-24, 5.7447906688722024e-26,
+    1.4551724756148649e-27, 3.6859949406653102e-29};
+constexpr int kBernoulliTerms = 18;
+
+// sum_k (-s)^k / (2k + offset)!, k < terms.
+double FactorialSeries(double s, int offset, int terms) {
+  double first = 1.0;
+  for (int i = 2; i <= offset; ++i) first *= i;
+  double sum = 1.0;
+  for (int k = terms - 1; k >= 1; --k) {
+    sum = 1.0 - sum * s / ((2.0 * k + offset - 1) * (2.0 * k + offset));
+  }
+  return sum / first;
+}
+
+// d/ds of the above: sum_k -(k+1) (-s)^k / (2k + 2 + offset)!.
+double FactorialSeriesDerivative(double s, int offset, int terms) {
+  double term = -1.0;
+  for (int i = 2; i <= offset + 2; ++i) term /= i;
+  double sum = 0.0;
+  for (int k = 0; k < terms; ++k) {
+    sum += (k + 1) * term;
+    term *= -s / ((2.0 * k + 3 + offset) * (2.0 * k + 4 + offset));
+  }
+  return sum;
+}
+
+}  // namespace
+
+Pose operator*(const Pose& a, const Pose& b) {
+  return {a.rotation * b.rotation, a.position + a.rotation * b.position};
+}
+
+Pose Inverse(const Pose& g) {
+  const Eigen::Quaterniond r = g.rotation.conjugate();
+  return {r, -(r * g.position)};
+}
+
+Vector3 Vee(const Matrix3& m) {
+  return 0.5 * Vector3(m(2, 1) - m(1, 2), m(0, 2) - m(2, 0), m(1, 0) - m(0, 1));
+}
+
+ExpCoefficients ExpSeries(double s) {
+  ExpCoefficients k;
+  if (s < kSeriesLimit) {
+    const int terms = s < kTinyLimit ? 6 : 14;
+    k.a = FactorialSeries(s, 1, terms);
+    k.b = FactorialSeries(s, 2, terms);
+    k.c = FactorialSeries(s, 3, terms);
+    k.b1 = FactorialSeriesDerivative(s, 2, terms);
+    k.c1 = FactorialSeriesDerivative(s, 3, terms);
+    return k;
+  }
+  const double t = std::sqrt(s);
+  const double half = std::sin(0.5 * t);
+  k.a = std::sin(t) / t;
+  k.b = 2.0 * half * half / s;
+  k.c = (t - std::sin(t)) / (s * t);
+  k.b1 = (k.a - 2.0 * k.b) / (2.0 * s);
+  k.c1 = (k.b - 3.0 * k.c) / (2.0 * s);
+  return k;
+}
+
+LogCoefficients LogSeries(double s) {
+  LogCoefficients k{0.0, 0.0, 0.0};
+  if (s < kSeriesLimit) {
+    const int terms = s < kTinyLimit ? 7 : kBernoulliTerms;
+    for (int i = terms - 1; i >= 0; --i) {  // Horner, with both derivatives
+      k.c2 = k.c2 * s + 2.0 * k.c1;
+      k.c1 = k.c1 * s + k.c;
+      k.c = k.c * s + kBernoulli[i];
+    }
+    return k;
+  }
+  const double t = std::sqrt(s);
+  const double sine = std::sin(0.5 * t);
+  const double cot = std::cos(0.5 * t) / sine;
+  const double csc2 = 1.0 / (sine * sine);
+  const double g1 = cot / (4.0 * t) - csc2 / 8.0;  // derivatives of (t/2) cot(t/2)
+  const double g2 = -csc2 / (16.0 * s) - cot / (8.0 * s * t) + csc2 * cot / (16.0 * t);
+  k.c = (1.0 - 0.5 * t * cot) / s;
+  k.c1 = -(g1 + k.c) / s;
+  k.c2 = -(g2 + 2.0 * k.c1) / s;
+  return k;
+}
+
+Eigen::Quaterniond ExpSO3(const Vector3& omega) {
+  const double s = omega.squaredNorm();
+  double w, f;  // cos(t/2), sin(t/2)/t
+  if (s < kTinyLimit) {
+    const double q = 0.25 * s;
+    w = FactorialSeries(q, 0, 7);
+    f = 0.5 * FactorialSeries(q, 1, 7);
+  } else {
+    const double t = std::sqrt(s);
+    w = std::cos(0.5 * t);
+    f = std::sin(0.5 * t) / t;
+  }
+  return {w, f * omega.x(), f * omega.y(), f * omega.z()};
+}
+
+Vector3 LogSO3(const Eigen::Quaterniond& q) {
+  const double sign = q.w() < 0.0 ? -1.0 : 1.0;
+  const double w = sign * q.w();
+  const Vector3 v = sign * q.vec();
+  const double n2 = v.squaredNorm();
+  if (n2 < 1e-4) {  // 2 asin-like series of atan(n/w)/n; next term x^12/13 < 1e-25
+    const double x = n2 / (w * w);
+    const double f = 1 - x * (1.0 / 3 - x * (1.0 / 5 - x * (1.0 / 7 - x * (1.0 / 9 - x / 11))));
+    return (2.0 * f / w) * v;
+  }
+  const double n = std::sqrt(n2);
+  return (2.0 * std::atan2(n, w) / n) * v;
+}
+
+Pose ExpSE3(const Vector6& d) {
+  const Vector3 w = d.head<3>();
+  const Vector3 v = d.tail<3>();
+  const ExpCoefficients k = ExpSeries(w.squaredNorm());
+  const Vector3 wv = w.cross(v);
+  return {ExpSO3(w), v + k.b * wv + k.c * w.cross(wv)};
+}
+
+Vector6 LogSE3(const Pose& g) {
+  const Vector3 w = LogSO3(g.rotation);
+  const Vector3 wp = w.cross(g.position);
+  Vector6 d;
+  d << w, g.position - 0.5 * wp + LogSeries(w.squaredNorm()).c * w.cross(wp);
+  return d;
+}
+
+Matrix6 Adjoint(const Pose& g) {
+  const Matrix3 r = g.rotation.toRotationMatrix();
+  Matrix6 m;
+  m << r, Matrix3::Zero(), Hat(g.position) * r, r;
+  return m;
+}
+
+Vector6 AdjointInverseTimes(const Pose& g, const Vector6& eta) {
+  const Matrix3 r = g.rotation.toRotationMatrix();
+  Vector6 y;
+  y.head<3>() = r.transpose() * eta.head<3>();
+  y.tail<3>() = r.transpose() * (eta.tail<3>() - g.position.cross(eta.head<3>()));
+  return y;
+}
+
+Vector6 AdjointInverseTransposeTimes(const Pose& g, const Vector6& wrench) {
+  const Matrix3 r = g.rotation.toRotationMatrix();
+  Vector6 y;
+  y.tail<3>() = r * wrench.tail<3>();
+  y.head<3>() = r * wrench.head<3>() + g.position.cross(y.tail<3>());
+  return y;
+}
+
+Matrix6 SmallAdjoint(const Vector6& d) {
+  Matrix6 m;
+  m << Hat(d.head<3>()), Matrix3::Zero(), Hat(d.tail<3>()), Hat(d.head<3>());
+  return m;
+}
+
+Matrix6 CoadjointMatrix(const Vector6& p) {
+  Matrix6 m;
+  m << Hat(p.head<3>()), Hat(p.tail<3>()), Hat(p.tail<3>()), Matrix3::Zero();
+  return m;
+}
+
+Matrix6 TangentOperator(const Vector6& d) {
+  Matrix6 m;
+  for (int i = 0; i < 6; ++i) m.col(i) = TangentOperatorTimes(d, Vector6::Unit(i));
+  return m;
+}
+
+Vector6 TangentOperatorTimes(const Vector6& d, const Vector6& x) {
+  const Vector3 w = d.head<3>(), v = d.tail<3>(), a = x.head<3>(), b = x.tail<3>();
+  const ExpCoefficients k = ExpSeries(w.squaredNorm());
+  const double wv = 2.0 * w.dot(v);
+  const Vector3 wa = w.cross(a), va = v.cross(a), wb = w.cross(b);
+  const Vector3 wwa = w.cross(wa);
+  Vector6 y;
+  y.head<3>() = a - k.b * wa + k.c * wwa;
+  y.tail<3>() = b - k.b * (wb + va) + k.c * (w.cross(wb) + w.cross(va) + v.cross(wa)) -
+                (wv * k.b1) * wa + (wv * k.c1) * wwa;
+  return y;
+}
+
+Matrix6 TangentOperatorInverse(const Vector6& d) {
+  return EvenTangentInverse(d).Matrix() + 0.5 * SmallAdjoint(d);
+}
+
+Vector6 TangentOperatorInverseTimes(const Vector6& d, const Vector6& x) {
+  return EvenTangentInverse(d).Times(x) + 0.5 * SmallAdjointTimes(d, x);
+}
+
+EvenTangentInverse::EvenTangentInverse(const Vector6& d)
+    : omega_(d.head<3>()), v_(d.tail<3>()), k_(LogSeries(omega_.squaredNorm())) {
+  // omega x (omega x x) = omega (omega . x) - s x
+  const double s = omega_.squaredNorm();
+  const double wv = omega_.dot(v_);
+  ea_.noalias() = k_.c * omega_ * omega_.transpose();
+  ea_.diagonal().array() += 1.0 - k_.c * s;
+  eb_.noalias() = (k_.c * v_ + (2.0 * k_.c1 * wv) * omega_) * omega_.transpose();
+  eb_.noalias() += (k_.c * omega_) * v_.transpose();
+  eb_.diagonal().array() -= 2.0 * wv * (k_.c1 * s + k_.c);
+}
+
+Matrix6 EvenTangentInverse::Matrix() const {
+  Matrix6 m;
+  m << ea_, Matrix3::Zero(), eb_, ea_;
+  return m;
+}
+
+Matrix3 EvenTangentInverse::FirstDerivative(const Vector3& x) const {
+  const double wx = omega_.dot(x);
+  const Vector3 w = wx * omega_ - omega_.squaredNorm() * x;
+  Matrix3 m = (2.0 * k_.c1 * w - 2.0 * k_.c * x) * omega_.transpose();
+  m.noalias() += k_.c * omega_ * x.transpose();
+  m.diagonal().array() += k_.c * wx;
+  return m;
+}
+
+Matrix3 EvenTangentInverse::SecondDerivative(const Vector3& x) const {
+  const double wv = omega_.dot(v_), wx = omega_.dot(x), xv = x.dot(v_);
+  const Vector3 w = wx * omega_ - omega_.squaredNorm() * x;
+  const Vector3 z = wx * v_ + xv * omega_ - 2.0 * wv * x;  // D w [v]
+  Matrix3 m = (4.0 * k_.c2 * wv * w + 2.0 * k_.c1 * z - 4.0 * k_.c1 * wv * x) * omega_.transpose();
+  m.noalias() += (2.0 * k_.c1 * w - 2.0 * k_.c * x) * v_.transpose();
+  m.noalias() += (2.0 * k_.c1 * wv * omega_ + k_.c * v_) * x.transpose();
+  m.diagonal().array() += 2.0 * k_.c1 * wv * wx + k_.c * xv;
+  return m;
+}
+
+Matrix6 EvenTangentInverse::Derivative(const Vector6& x) const {
+  const Matrix3 first = FirstDerivative(x.head<3>());
+  Matrix6 m;
+  m.topLeftCorner<3, 3>() = first;
+  m.topRightCorner<3, 3>().setZero();
+  m.bottomLeftCorner<3, 3>() = FirstDerivative(x.tail<3>()) + SecondDerivative(x.head<3>());
+  m.bottomRightCorner<3, 3>() = first;  // d(DEa[v] x)/dv is linear in v: the first derivative
+  return m;
+}
+
+Matrix6 EvenTangentInverse::TransposeDerivative(const Vector6& sigma) const {
+  const Matrix3 first = FirstDerivative(sigma.tail<3>());
+  Matrix6 m;
+  m.topLeftCorner<3, 3>() = FirstDerivative(sigma.head<3>()) + SecondDerivative(sigma.tail<3>());
+  m.topRightCorner<3, 3>() = first;
+  m.bottomLeftCorner<3, 3>() = first;
+  m.bottomRightCorner<3, 3>().setZero();
+  return m;
+}
+
+}  // namespace mantle::model

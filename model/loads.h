@@ -1,0 +1,80 @@
+#pragma once
+
+#include <variant>
+#include <vector>
+
+#include "model/robot.h"
+
+/// Loads on a section of an arm: each a pure value that returns a wrench density (per unit reference
+/// length, section frame) from the section's geometry and its absolute pose and twist. The plant sums
+/// them over nodes, the reduced model projects the same functions at its quadrature points.
+/// Added mass is not here: it belongs in the inertia ([physics.md] 2, errata 1 and 2).
+
+namespace mantle::model {
+
+/// Geometry of a section, or its mean over the neighbourhood of a node.
+struct SectionGeometry {
+  double x_m{0};
+  double area_m2{0};
+  double radius_m{0};
+};
+
+struct SectionMotion {
+  Eigen::Quaterniond rotation;  ///< section to world
+  Vector6 twist;                ///< relative to the water, section frame
+};
+
+/// Derivatives of a wrench density in the body increment zeta (rotation part only) and the twist.
+struct LoadTangent {
+  Matrix3 force_by_rotation{Matrix3::Zero()};
+  Matrix3 moment_by_rotation{Matrix3::Zero()};
+  Matrix3 force_by_velocity{Matrix3::Zero()};
+};
+
+/// rho_b A R^T G (weight), -rho_w A R^T G (buoyancy); erratum 4. Kept as one load with the difference
+/// of the densities, so that a neutral body feels exactly nothing.
+struct GravityLoad {
+  Vector3 gravity_m_s2;
+  double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named
+
+  Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
+  void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
+};
+
+/// -rho_w |v| h diag(pi/2 C_x, C_y, C_z) v ([Renda] 2.6, [physics.md] 2).
+struct DragLoad {
+  double water_density_kg_m3;
+  Vector3 coefficients;
+
+  Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
+  void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
+};
+
+/// direction shape(X), in the section frame (follower) or the world frame (dead), per unit of the
+/// schedule's value, by which the caller scales density and tangent.
+struct DistributedLoad {
+  Vector6 direction;
+  double base, tip, length_m;
+  LoadFrame frame;
+
+  Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
+  void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
+};
+
+using SectionLoad = std::variant<GravityLoad, DragLoad, DistributedLoad>;
+
+/// Wrench seen in the section frame of a wrench given in `frame`.
+Vector6 WrenchInSection(const Vector6& wrench, LoadFrame frame, const Eigen::Quaterniond& rotation);
+
+/// Diagonal of the section's screw inertia rho diag(I, J, J, A, A, A) [kg m, kg/m] ([Renda] 2.4).
+Vector6 SectionInertia(double density_kg_m3, double radius_m);
+
+/// rho_w B A: added mass per unit length in the two lateral directions (F = diag(0, A B, A B)).
+double SectionAddedMass(double water_density_kg_m3, double coefficient, double radius_m);
+
+/// Diagonals Sigma = diag(G I, E J, E J, E A, k G A, k G A) and
+/// Upsilon = eta diag(I, 3 J, 3 J, 3 A, A, A) of a circular section ([Renda] eq. 7).
+Vector6 SectionStiffness(const Material& material, double shear_correction, double radius_m);
+Vector6 SectionViscosity(const Material& material, double radius_m);
+
+}  // namespace mantle::model

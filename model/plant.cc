@@ -1,0 +1,302 @@
+#include "model/plant.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "model/meridian.h"
+#include "model/rigid_body.h"
+
+namespace mantle::model {
+namespace {
+
+template <typename Build>
+auto Named(const std::string& path, Build build) {
+  try {
+    return build();
+  } catch (const BadRobot& error) {
+    throw BadRobot(path + "." + error.what());
+  }
+}
+
+double Extent(const Robot& robot) {
+  double length = 0;
+  for (const Arm& arm : robot.arms) {
+    length = std::max(length, arm.mount.position.norm() + arm.length_m);
+  }
+  if (robot.mantle) length = std::max(length, MeridianLength(*robot.mantle));
+  return length;
+}
+
+CableInput InputOf(const CableDrive& drive, double rest_m, double t, bool from_left) {
+  CableInput in;
+  if (const auto* given = std::get_if<GivenTension>(&drive)) {
+    in.tension_n = std::max(Value(given->tension_n, t, from_left), 0.0);
+    return in;
+  }
+  const auto& reel = std::get<ReeledLength>(drive);
+  in.reeled = true;
+  in.reel_m = rest_m + Value(reel.length_change_m, t, from_left);
+  in.reel_rate_m_s = Rate(reel.length_change_m, t, from_left);
+  in.stiffness_n_m = reel.stiffness_n_m;
+  in.damping_n_s_m = reel.damping_n_s_m;
+  return in;
+}
+
+template <typename Visit>
+void ForEachSchedule(const Plant& plant, Visit visit) {
+  const auto drive = [&](const CableDrive& d) {
+    if (const auto* given = std::get_if<GivenTension>(&d)) {
+      visit(given->tension_n);
+    } else {
+      visit(std::get<ReeledLength>(d).length_change_m);
+    }
+  };
+  for (const Rod& rod : plant.rods) {
+    for (const auto& d : rod.distributed) visit(d.schedule);
+    for (const auto& p : rod.points) visit(p.load.schedule);
+    for (const auto& c : rod.cables) drive(c.drive);
+  }
+  if (plant.shell) {
+    for (const auto& s : plant.shell->strips) visit(s.pressure_pa);
+    for (const auto& s : plant.shell->spokes) drive(s.drive);
+  }
+  if (plant.robot.effects.normal_pressure) visit(plant.robot.effects.normal_pressure->pressure_pa);
+  if (const auto* root = std::get_if<PrescribedRoot>(&plant.robot.root)) {
+    for (const auto* s : {&root->x_m, &root->y_m, &root->z_m, &root->angle_rad}) {
+      if (*s) visit(**s);
+    }
+  }
+}
+
+}  // namespace
+
+Plant::Plant(const Robot& r) : robot(r) {
+  if (robot.arms.empty() && !robot.mantle && !robot.rigid_body) {
+    throw BadRobot("robot: has no bodies, needs an arm, a mantle or a rigid body");
+  }
+  for (std::size_t i = 0; i < robot.arms.size(); ++i) {
+    rods.push_back(Named(fmt::format("arms.{}", robot.arms[i].name), [&] {
+      return MakeRod(robot.arms[i], robot.water, robot.effects);
+    }));
+  }
+  if (robot.mantle) {
+    shell = Named("mantle", [&] { return MakeShell(*robot.mantle, robot.water, robot.effects); });
+  }
+  for (const Rod& rod : rods) {
+    pose_offset_.push_back(pose_count_);
+    velocity_offset_.push_back(velocity_size_);
+    cable_offset_.push_back(cable_count_);
+    pose_count_ += rod.element_count() + 1;
+    velocity_size_ += 6 * rod.element_count();
+    cable_count_ += static_cast<int>(rod.cables.size());
+  }
+  shell_offset_ = velocity_size_;
+  spoke_offset_ = cable_count_;
+  if (shell) {
+    velocity_size_ += 3 * shell->node_count();
+    cable_count_ += static_cast<int>(shell->spokes.size());
+  }
+  water_options.water_density_kg_m3 = robot.water.density_kg_m3;
+  water_options.lateral_added_mass = robot.effects.lateral_added_mass;
+  water_options.contained_water = robot.effects.contained_water;
+  if (robot.rigid_body) {
+    rigid_inertia = RigidInertia(*robot.rigid_body);
+    water_options.solid_volume_m3 = RigidVolume(*robot.rigid_body);
+    buoyant_centre_m = RigidCentre(*robot.rigid_body);
+    if (robot.effects.weight) buoyant_mass_kg += RigidMass(*robot.rigid_body);
+    if (robot.effects.buoyancy) {
+      buoyant_mass_kg -= robot.water.density_kg_m3 * water_options.solid_volume_m3;
+    }
+  }
+  root_inertia = rigid_inertia;
+  if (exact()) {
+    for (const Rod& rod : rods) {
+      const Vector6 m = rod.nodes[0].FullInertia();
+      const Matrix6 ad = Adjoint(Inverse(rod.mount));
+      root_inertia += ad.transpose() * m.asDiagonal() * ad;
+    }
+  }
+  if (root_free()) {
+    Matrix6 total = root_inertia;
+    if (shell) {
+      AddMantleInertia(EvaluateMantleInertia(*shell, water_options, shell->reference,
+                                             std::vector<Vector3>(shell->node_count(), Vector3::Zero())
+                                                 .data()),
+                       false, &total);
+    }
+    for (const Rod& rod : rods) {
+      double mass = 0;
+      for (const RodNode& n : rod.nodes) mass += n.inertia(5);
+      if (!(mass > 0)) throw BadRobot("arms." + rod.name + ": density = 0 on a free root, must be > 0");
+    }
+    if (!(total.llt().info() == Eigen::Success)) {
+      throw BadRobot("root: a free root has no inertia about every axis; give it a rigid body, or "
+                     "clamp it");
+    }
+  }
+  body_length_m = robot.body_length_m > 0 ? robot.body_length_m : Extent(robot);
+}
+
+PlantState InitialState(const Plant& plant) {
+  PlantState s;
+  s.pose.resize(plant.pose_count());
+  s.velocity = VectorX::Zero(plant.velocity_size());
+  s.pose[0] = plant.robot.root_pose;
+  s.velocity.head<6>() = plant.robot.root_twist;
+  const Pose root = plant.exact() ? s.pose[0] : Pose::Identity();
+  for (std::size_t a = 0; a < plant.rods.size(); ++a) {
+    const Rod& rod = plant.rods[a];
+    const Arm& arm = plant.robot.arms[a];
+    const int arm_index = static_cast<int>(a);
+    for (int i = 0; i <= rod.element_count(); ++i) {
+      s.pose[plant.ArmPose(arm_index, i)] = root * rod.mount * rod.reference[i];
+      if (i == 0) continue;
+      auto v = s.velocity.segment<6>(plant.ArmVelocity(arm_index, i));
+      const Pose from_root = rod.mount * rod.reference[i];
+      if (plant.exact()) v = AdjointInverseTimes(from_root, plant.robot.root_twist);
+      v += AdjointInverseTimes(rod.reference[i], arm.initial_twist);
+    }
+  }
+  if (plant.shell) {
+    s.shape = plant.shell->reference;
+    for (int j = 0; j < plant.shell->node_count(); ++j) {
+      s.velocity(plant.ShellVelocity(j)) =
+          (1.0 - plant.shell->nodes[j].held(0)) * plant.robot.mantle->initial_radial_speed_m_s;
+    }
+  }
+  PlantInputs inputs;
+  EvaluateInputs(plant, 0.0, false, &inputs);
+  ImposeRoot(plant, inputs, &s);
+  return s;
+}
+
+void Retract(const Plant& plant, const PlantState& from, const VectorX& theta, PlantState* to) {
+  to->pose[0] = from.pose[0] * ExpSE3(theta.head<6>());
+  to->pose[0].rotation.normalize();
+  for (std::size_t a = 0; a < plant.rods.size(); ++a) {
+    const Rod& rod = plant.rods[a];
+    const int base = plant.ArmPose(static_cast<int>(a), 0);
+    const int v = plant.ArmVelocity(static_cast<int>(a), 1);
+    to->pose[base] = plant.exact() ? to->pose[0] * rod.mount : rod.mount;
+    for (int i = 1; i <= rod.element_count(); ++i) {
+      to->pose[base + i] = from.pose[base + i] * ExpSE3(theta.segment<6>(v + 6 * (i - 1)));
+      to->pose[base + i].rotation.normalize();
+    }
+  }
+  for (int j = 0; j < plant.shape_count(); ++j) {
+    to->shape[j] = from.shape[j] + theta.segment<3>(plant.ShellVelocity(j));
+  }
+}
+
+void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs* inputs) {
+  PlantInputs& in = *inputs;
+  in.cables.clear();
+  in.distributed.clear();
+  in.points.clear();
+  in.strips_pa.clear();
+  for (const Rod& rod : plant.rods) {
+    for (const auto& d : rod.distributed) in.distributed.push_back(Value(d.schedule, t_s, from_left));
+    for (const auto& p : rod.points) in.points.push_back(Value(p.load.schedule, t_s, from_left));
+    for (const auto& c : rod.cables) {
+      in.cables.push_back(InputOf(c.drive, c.rest_length_m, t_s, from_left));
+    }
+  }
+  if (plant.shell) {
+    for (const auto& s : plant.shell->strips) {
+      in.strips_pa.push_back(Value(s.pressure_pa, t_s, from_left));
+    }
+    for (const auto& s : plant.shell->spokes) {
+      in.cables.push_back(InputOf(s.drive, s.rest_length_m, t_s, from_left));
+    }
+  }
+  if (plant.robot.effects.normal_pressure) {
+    in.normal_pressure_pa =
+        Value(plant.robot.effects.normal_pressure->pressure_pa, t_s, from_left);
+  }
+  const Vector3 drift = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+  if (const auto* root = std::get_if<PrescribedRoot>(&plant.robot.root)) {
+    Vector3 p = Vector3::Zero(), rate = Vector3::Zero(), second = Vector3::Zero();
+    int axis = 0;
+    for (const auto* s : {&root->x_m, &root->y_m, &root->z_m}) {
+      if (*s) {
+        p(axis) = Value(**s, t_s, from_left);
+        rate(axis) = Rate(**s, t_s, from_left);
+        second(axis) = SecondRate(**s, t_s, from_left);
+      }
+      ++axis;
+    }
+    double angle = 0, angle_rate = 0, angle_second = 0;
+    if (root->angle_rad) {
+      angle = Value(*root->angle_rad, t_s, from_left);
+      angle_rate = Rate(*root->angle_rad, t_s, from_left);
+      angle_second = SecondRate(*root->angle_rad, t_s, from_left);
+    }
+    in.root_pose.rotation = ExpSO3(angle * root->rotation_axis) * plant.robot.root_pose.rotation;
+    in.root_pose.position = plant.robot.root_pose.position + p - drift * t_s;
+    const Eigen::Quaterniond back = in.root_pose.rotation.conjugate();
+    const Vector3 w = back * (angle_rate * root->rotation_axis);
+    const Vector3 v = back * (rate - drift);
+    in.root_twist << w, v;
+    in.root_acceleration << back * (angle_second * root->rotation_axis), back * second - w.cross(v);
+  } else if (std::holds_alternative<ClampedRoot>(plant.robot.root)) {
+    in.root_pose = plant.robot.root_pose;
+    in.root_pose.position -= drift * t_s;
+    in.root_twist << Vector3::Zero(), in.root_pose.rotation.conjugate() * (-drift);
+  }
+}
+
+double NextBreakpoint(const Plant& plant, double t_s) {
+  double next = std::numeric_limits<double>::infinity();
+  ForEachSchedule(plant,
+                  [&](const Schedule& s) { next = std::min(next, NextBreakpoint(s, t_s)); });
+  return next;
+}
+
+void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state) {
+  if (!plant.root_free()) {
+    state->pose[0] = inputs.root_pose;
+    state->velocity.head<6>() = inputs.root_twist;
+  }
+  if (!plant.exact()) return;
+  for (std::size_t a = 0; a < plant.rods.size(); ++a) {
+    state->pose[plant.ArmPose(static_cast<int>(a), 0)] = state->pose[0] * plant.rods[a].mount;
+  }
+}
+
+std::string EvaluationFailure::Message() const {
+  return fmt::format("{}: node {}: {} ({:.6g}, bound {:.6g})", body, node, cause, value, bound);
+}
+
+PlantWork::PlantWork(const Plant& plant)
+    : force(VectorX::Zero(plant.velocity_size())),
+      shell(plant.shell ? plant.shell->element_count() : 0),
+      volume_gradient(plant.shape_count(), Vector3::Zero()),
+      cable_length_m(plant.cable_count(), 0.0),
+      cable_rate_m_s(plant.cable_count(), 0.0),
+      cable_tension_n(plant.cable_count(), 0.0),
+      scratch(plant.shape_count(), Vector3::Zero()),
+      flat(VectorX::Zero(plant.velocity_size())) {
+  for (const Rod& r : plant.rods) {
+    twist.emplace_back(r.nodes.size(), Vector6::Zero());
+    load_pose.emplace_back(plant.exact() ? 0 : r.nodes.size());
+    rod.emplace_back(r.elements.size());
+  }
+}
+
+Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node) {
+  const Pose& g = state.pose[plant.ArmPose(arm, node)];
+  return plant.exact() ? g : state.pose[0] * g;
+}
+
+Vector6 AbsoluteTwist(const Plant& plant, const PlantState& state, int arm, int node) {
+  const Vector6 root = state.velocity.head<6>();
+  if (node == 0) return AdjointInverseTimes(plant.rods[arm].mount, root);
+  const Vector6 v = state.velocity.segment<6>(plant.ArmVelocity(arm, node));
+  if (plant.exact()) return v;
+  return v + AdjointInverseTimes(state.pose[plant.ArmPose(arm, node)], root);
+}
+
+}  // namespace mantle::model

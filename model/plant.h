@@ -1,0 +1,156 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/mantle_inertia.h"
+#include "model/rod.h"
+#include "model/shell.h"
+
+/// The full model: a Robot discretised, its state, and the semi-discrete equations
+///
+///   q_dot = B(q) v,     M(q) v_dot = f(q, v, t)                                   ([physics.md] 4)
+///
+/// q: root pose, nodal poses of the arms, (r, z, theta) of the mantle's nodes. v: body twists and
+/// rates. Flat vectors of v, f and v_dot are laid out root (6), arms' nodes 1..N (6 each), mantle's
+/// nodes 0..M (3 each); node 0 of an arm moves with the root. Twists and poses are taken in a frame
+/// that drifts with the water's uniform current, which is inertial: loads then need no current
+/// (Simulation converts what it reports).
+///
+/// Coupling. Exact (default): poses and twists of the arms are absolute, the root's balance receives
+/// what node 0 of every arm feels, and the mantle's axial motion couples through the mass. Frozen
+/// ([Renda] 3.3): poses and twists of the arms are relative to the root, bodies do not feel the
+/// root's acceleration, and the root integrates the locked inertia.
+
+namespace mantle::model {
+
+using VectorX = Eigen::VectorXd;
+
+class Plant {
+ public:
+  /// Throws BadRobot.
+  explicit Plant(const Robot& robot);
+
+  Robot robot;
+  std::vector<Rod> rods;
+  std::optional<Shell> shell;
+  MantleWaterOptions water_options;
+  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone
+  Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact
+  double buoyant_mass_kg{0};               ///< of the rigid body: rho_r V - rho_w V as named
+  Vector3 buoyant_centre_m{Vector3::Zero()};
+  double body_length_m{0};
+
+  bool exact() const { return robot.coupling == Coupling::kExact; }
+  bool root_free() const { return std::holds_alternative<FreeRoot>(robot.root); }
+  bool has_gravity() const { return robot.effects.weight || robot.effects.buoyancy; }
+
+  int velocity_size() const { return velocity_size_; }
+  int pose_count() const { return pose_count_; }
+  int shape_count() const { return shell ? shell->node_count() : 0; }
+  /// Index of the pose of `node` of `arm`; its velocity (node >= 1) starts at ArmVelocity.
+  int ArmPose(int arm, int node) const { return pose_offset_[arm] + node; }
+  int ArmVelocity(int arm, int node) const { return velocity_offset_[arm] + 6 * (node - 1); }
+  int ShellVelocity(int node) const { return shell_offset_ + 3 * node; }
+
+  int cable_count() const { return cable_count_; }
+  int ArmCableIndex(int arm, int cable) const { return cable_offset_[arm] + cable; }
+  int SpokeIndex(int k) const { return spoke_offset_ + k; }
+
+ private:
+  std::vector<int> pose_offset_, velocity_offset_, cable_offset_;
+  int shell_offset_{6}, velocity_size_{6}, pose_count_{1}, cable_count_{0}, spoke_offset_{0};
+};
+
+/// Poses [0] = root, then arms' nodes 0..N; shape = mantle nodes; velocity flat.
+struct PlantState {
+  double time_s{0};
+  std::vector<Pose> pose;
+  std::vector<Vector3> shape;
+  VectorX velocity;
+};
+
+/// The reference shape at the robot's initial pose, with its initial velocities.
+PlantState InitialState(const Plant& plant);
+
+/// to = from moved by the increment theta (laid out as v): g exp(theta^), shape + theta. Node 0 of
+/// each arm follows the root. `to` must have been sized like `from`.
+void Retract(const Plant& plant, const PlantState& from, const VectorX& theta, PlantState* to);
+
+/// What drives the cables: a tension, or a reel.
+struct CableInput {
+  bool reeled{false};
+  double tension_n{0};
+  double reel_m{0}, reel_rate_m_s{0};  ///< absolute reel length (rest length + change) and rate
+  double stiffness_n_m{0}, damping_n_s_m{0};
+};
+
+/// Every schedule's value at one instant; also what a controller or drives write.
+struct PlantInputs {
+  std::vector<CableInput> cables;
+  std::vector<double> distributed;  ///< arms in order, loads in order
+  std::vector<double> points;
+  std::vector<double> strips_pa;
+  double normal_pressure_pa{0};
+  double gravity_scale{1};  ///< load stepping in statics
+  Pose root_pose;           ///< prescribed root only
+  Vector6 root_twist{Vector6::Zero()};
+  Vector6 root_acceleration{Vector6::Zero()};
+};
+
+/// Values of all schedules at time t; `from_left` as in Value().
+void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs* inputs);
+/// Earliest break point of any schedule after t (infinity if none).
+double NextBreakpoint(const Plant& plant, double t_s);
+/// Clamped or prescribed root: sets pose and twist of the root (and of every node 0).
+void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state);
+
+/// Why a state could not be evaluated: body, node (or element) and cause.
+struct EvaluationFailure {
+  const char* body{nullptr};
+  int node{-1};
+  const char* cause{nullptr};
+  double value{0}, bound{0};
+
+  explicit operator bool() const { return cause != nullptr; }
+  std::string Message() const;
+};
+
+/// Everything that one evaluation computes; allocated once by the constructor.
+struct PlantWork {
+  explicit PlantWork(const Plant& plant);
+
+  VectorX force;  ///< f(q, v, t)
+  std::vector<std::vector<Vector6>> twist;       ///< per arm and node, the twist loads see
+  std::vector<std::vector<Pose>> load_pose;      ///< frozen coupling only: absolute poses
+  std::vector<std::vector<RodElementState>> rod;
+  std::vector<ShellElementState> shell;
+  std::vector<Vector3> volume_gradient;
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
+  Matrix6 root_mass{Matrix6::Zero()};  ///< M_rr
+  MantleInertia mantle_inertia;
+  CavityMoments cavity;
+  double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};
+  double mean_axial_speed_m_s{0}, mantle_drag_n{0}, max_radius_m{0};
+  Vector6 root_twist_in_arm{Vector6::Zero()};
+  std::vector<Vector3> scratch;
+  VectorX flat;
+};
+
+/// Fills `work`. No allocation.
+EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
+                                 const PlantInputs& inputs, PlantWork* work);
+
+/// out = M(q) a for the q of the last EvaluateForces. Rows of held coordinates are zero.
+void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, VectorX* out);
+
+/// a = M(q)^-1 f; held coordinates get zero, a clamped root zero, a prescribed root its acceleration.
+void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
+                       VectorX* a);
+
+/// Absolute pose and twist of a node, whatever the coupling.
+Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node);
+Vector6 AbsoluteTwist(const Plant& plant, const PlantState& state, int arm, int node);
+
+}  // namespace mantle::model

@@ -1,0 +1,363 @@
+#include <algorithm>
+#include <cmath>
+
+#include "model/mantle_loads.h"
+#include "model/plant.h"
+
+namespace mantle::model {
+namespace {
+
+// Tension of a cable from its length and rate (never negative: slack).
+double Tension(const CableInput& in, double length, double rate) {
+  if (!in.reeled) return in.tension_n;
+  return std::max(0.0, in.stiffness_n_m * (length - in.reel_m) +
+                           in.damping_n_s_m * (rate - in.reel_rate_m_s));
+}
+
+EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state,
+                              const PlantInputs& inputs, PlantWork* work) {
+  const Rod& rod = plant.rods[a];
+  std::vector<Vector6>& twist = work->twist[a];
+  std::vector<RodElementState>& elements = work->rod[a];
+  const int n = rod.element_count();
+  const Pose* pose = &state.pose[plant.ArmPose(a, 0)];
+  twist[0] = plant.exact() ? AdjointInverseTimes(rod.mount, state.velocity.head<6>())
+                           : Vector6(Vector6::Zero());
+  for (int i = 1; i <= n; ++i) twist[i] = state.velocity.segment<6>(plant.ArmVelocity(a, i));
+  for (int i = 0; i < n; ++i) {
+    if (!EvaluateRodElement(pose[i], pose[i + 1], twist[i], twist[i + 1], &elements[i])) {
+      return {rod.name.c_str(), i, "rotation across one element [rad] too large or not finite",
+              elements[i].d.head<3>().norm(), kMaxElementRotation};
+    }
+  }
+  for (std::size_t c = 0; c < rod.cables.size(); ++c) {
+    const int index = plant.ArmCableIndex(a, static_cast<int>(c));
+    double length = 0, rate = 0;
+    Vector6 gradient;
+    for (std::size_t i = 0; i < rod.cables[c].pieces.size(); ++i) {
+      length += CablePieceLength(rod.cables[c].pieces[i], rod.elements[i], elements[i].d, &gradient,
+                                 nullptr);
+      rate += gradient.dot(elements[i].d_dot);
+    }
+    work->cable_length_m[index] = length;
+    work->cable_rate_m_s[index] = rate;
+    work->cable_tension_n[index] = Tension(inputs.cables[index], length, rate);
+  }
+  return {};
+}
+
+// Loads per unit length at a node, times its share of length; `twist` relative to the water.
+Vector6 NodeLoads(const Rod& rod, int node, const SectionMotion& motion, double gravity_scale) {
+  const RodNode& at = rod.nodes[node];
+  Vector6 w = Vector6::Zero();
+  for (const SectionLoad& load : rod.loads) {
+    const double scale =
+        at.weight_m * (std::holds_alternative<GravityLoad>(load) ? gravity_scale : 1.0);
+    w += scale * std::visit([&](const auto& l) { return l.Density(at.section, motion); }, load);
+  }
+  return w;
+}
+
+void AddRodForces(const Plant& plant, int a, const PlantState& state, const PlantInputs& inputs,
+                  int first_distributed, int first_point, PlantWork* work) {
+  const Rod& rod = plant.rods[a];
+  const std::vector<Vector6>& twist = work->twist[a];
+  const std::vector<RodElementState>& elements = work->rod[a];
+  const int n = rod.element_count();
+  const Pose* pose = &state.pose[plant.ArmPose(a, 0)];
+  const Vector6 root_twist = state.velocity.head<6>();
+  Vector6 base = Vector6::Zero();  // on node 0, in the base frame
+  const auto at = [&](int i) { return work->force.segment<6>(plant.ArmVelocity(a, i)); };
+
+  for (int i = 0; i < n; ++i) {
+    Vector6 sigma = RodStress(rod.elements[i], elements[i]);
+    for (std::size_t c = 0; c < rod.cables.size(); ++c) {
+      if (i >= static_cast<int>(rod.cables[c].pieces.size())) continue;
+      const double u = work->cable_tension_n[plant.ArmCableIndex(a, static_cast<int>(c))];
+      if (u == 0.0) continue;
+      Vector6 gradient;
+      CablePieceLength(rod.cables[c].pieces[i], rod.elements[i], elements[i].d, &gradient, nullptr);
+      sigma += u * gradient;
+    }
+    Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
+    AddRodElementForces(elements[i], sigma, &f1, &f2);
+    if (i == 0) {
+      base += f1;
+    } else {
+      at(i) += f1;
+    }
+    at(i + 1) += f2;
+  }
+  for (int i = 1; i <= n; ++i) {
+    at(i) += CoadjointTimes(twist[i], rod.nodes[i].FullInertia().cwiseProduct(twist[i]));
+  }
+
+  Vector6 root_loads = Vector6::Zero();  // frozen coupling: external loads, about the root
+  for (int i = 0; i <= n; ++i) {
+    SectionMotion motion{pose[i].rotation, twist[i]};
+    if (!plant.exact()) {
+      motion.rotation = state.pose[0].rotation * pose[i].rotation;
+      motion.twist += AdjointInverseTimes(pose[i], root_twist);
+    }
+    Vector6 external = Vector6::Zero();
+    if (!rod.loads.empty()) external = NodeLoads(rod, i, motion, inputs.gravity_scale);
+    for (std::size_t k = 0; k < rod.points.size(); ++k) {
+      if (rod.points[k].node != i) continue;
+      external += WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
+                                  rod.points[k].load.frame, motion.rotation);
+    }
+    Vector6 actuation = Vector6::Zero();
+    for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
+      const double amplitude = inputs.distributed[first_distributed + k];
+      if (amplitude == 0.0) continue;
+      actuation += (rod.nodes[i].weight_m * amplitude) *
+                   rod.distributed[k].load.Density(rod.nodes[i].section, motion);
+    }
+    if (i > 0) {
+      at(i) += external + actuation;
+    } else {
+      base += external + actuation;
+    }
+    if (!plant.exact()) root_loads += AdjointInverseTransposeTimes(pose[i], external);
+  }
+  work->force.head<6>() +=
+      plant.exact() ? AdjointInverseTransposeTimes(rod.mount, base) : root_loads;
+}
+
+EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
+                                 const PlantInputs& inputs, PlantWork* work) {
+  const Shell& shell = *plant.shell;
+  const Mantle& mantle = *plant.robot.mantle;
+  const Effects& effects = plant.robot.effects;
+  const double rho = plant.robot.water.density_kg_m3;
+  const int n = shell.element_count();
+  const std::vector<Vector3>& q = state.shape;
+  const Vector6 root = state.velocity.head<6>();
+  std::vector<Vector3>& v = work->scratch;
+  for (int j = 0; j <= n; ++j) v[j] = state.velocity.segment<3>(plant.ShellVelocity(j));
+  Eigen::Map<Eigen::Matrix3Xd> f(work->force.data() + plant.ShellVelocity(0), 3, n + 1);
+  auto* nodes = reinterpret_cast<Vector3*>(f.data());
+
+  work->max_radius_m = 0;
+  for (int j = 0; j <= n; ++j) {
+    if (!(q[j](0) > 0.0) && shell.reference[j](0) > 0.0) {
+      return {shell.name.c_str(), j, "radius [m] of the mantle closed up", q[j](0), 0.0};
+    }
+    work->max_radius_m = std::max(work->max_radius_m, q[j](0));
+  }
+  for (int i = 0; i < n; ++i) {
+    EvaluateShellElement(shell.elements[i], shell.material, q[i], q[i + 1], v[i], v[i + 1],
+                         &work->shell[i]);
+    AddShellElementForces(shell.elements[i], work->shell[i], &nodes[i], &nodes[i + 1]);
+  }
+  for (std::size_t k = 0; k < shell.strips.size(); ++k) {
+    for (int j = 0; j <= n; ++j) {
+      f(0, j) -= inputs.strips_pa[k] * shell.strips[k].strip.area_m2[j];
+    }
+  }
+  for (std::size_t k = 0; k < shell.spokes.size(); ++k) {
+    const ShellSpokes& s = shell.spokes[k];
+    const int index = plant.SpokeIndex(static_cast<int>(k));
+    double length = 0, rate = 0;
+    for (int j = 0; j <= n; ++j) {
+      const double w = s.spokes * s.strip.area_m2[j] / s.strip.total_m2;
+      length += w * q[j](0);
+      rate += w * v[j](0);
+    }
+    work->cable_length_m[index] = length;
+    work->cable_rate_m_s[index] = rate;
+    const double u = work->cable_tension_n[index] = Tension(inputs.cables[index], length, rate);
+    for (int j = 0; j <= n; ++j) {
+      f(0, j) -= u * s.spokes * s.strip.area_m2[j] / s.strip.total_m2;
+    }
+  }
+  if (effects.normal_pressure) {
+    ShellWallVolumeGradient(q, &work->volume_gradient);
+    for (int j = 0; j <= n; ++j) nodes[j] += inputs.normal_pressure_pa * work->volume_gradient[j];
+  }
+
+  work->volume_m3 = ShellVolume(q);
+  ShellVolumeGradient(q, &work->volume_gradient);
+  work->volume_rate_m3_s = 0;
+  double radial_flux = 0;
+  for (int j = 0; j <= n; ++j) {
+    work->volume_rate_m3_s += work->volume_gradient[j].dot(v[j]);
+    radial_flux += work->volume_gradient[j](0) * v[j](0);
+  }
+  if (effects.jet_thrust) {
+    work->flux_m3_s =
+        effects.jet_thrust->flux == FluxReading::kVolume ? work->volume_rate_m3_s : radial_flux;
+    work->thrust_n = EvaluateJet(mantle, rho, work->flux_m3_s).thrust_n;
+    for (int j = 0; j <= n; ++j) f(1, j) += work->thrust_n * shell.thrust_share[j];
+    work->force(5) += work->thrust_n;
+  }
+  work->mean_axial_speed_m_s = root(5);
+  for (int j = 0; j <= n; ++j) {
+    work->mean_axial_speed_m_s += shell.nodes[j].area_m2 / shell.area_m2 * v[j](1);
+  }
+  if (effects.drag) {
+    work->mantle_drag_n =
+        MantleDrag(mantle, rho, work->max_radius_m, work->mean_axial_speed_m_s);
+    for (int j = 0; j <= n; ++j) {
+      f(1, j) += work->mantle_drag_n * shell.nodes[j].area_m2 / shell.area_m2;
+    }
+    work->force(5) += work->mantle_drag_n;
+  }
+  if (effects.lateral_drag) {
+    work->force.head<6>() += MantleLateralDrag(q, rho, effects.lateral_drag->coefficient, root);
+  }
+  if (plant.has_gravity()) {
+    const double solid = mantle.material.density_kg_m3;
+    const double net = (effects.weight ? solid : 0.0) - (effects.buoyancy ? rho : 0.0);
+    const Vector3 g = inputs.gravity_scale * 2.0 * mantle.half_thickness_m * net *
+                      (state.pose[0].rotation.conjugate() * effects.gravity_m_s2);
+    double moment = 0;
+    for (int j = 0; j <= n; ++j) {
+      if (plant.exact()) f(1, j) += g.z() * shell.nodes[j].area_m2;
+      moment += shell.nodes[j].area_m2 * q[j](1);
+    }
+    work->force(0) -= moment * g.y();
+    work->force(1) += moment * g.x();
+    work->force.segment<3>(3) += shell.area_m2 * g;
+  }
+  work->mantle_inertia = EvaluateMantleInertia(shell, plant.water_options, q, v.data());
+  if (plant.exact()) {
+    if (effects.lateral_added_mass || effects.contained_water) {
+      work->cavity = EvaluateCavity(q, v.data());
+    }
+    AddCentrifugalForces(shell, plant.water_options, work->mantle_inertia, work->cavity, q, root,
+                         nodes);
+  }
+  if (effects.contained_water) {
+    work->force.head<6>() += OutflowWrench(work->mantle_inertia, q.back()(1), root);
+  }
+  for (int j : {0, n}) {
+    nodes[j] = nodes[j].cwiseProduct(Vector3::Ones() - shell.nodes[j].held);
+  }
+  return {};
+}
+
+void AddRootForces(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                   PlantWork* work) {
+  const Vector6 eta = state.velocity.head<6>();
+  work->root_mass = plant.root_inertia;
+  if (plant.shell) AddMantleInertia(work->mantle_inertia, false, &work->root_mass);
+  if (!plant.exact()) {
+    for (std::size_t a = 0; a < plant.rods.size(); ++a) {
+      for (std::size_t i = 0; i < plant.rods[a].nodes.size(); ++i) {
+        const Matrix6 ad = Adjoint(
+            Inverse(state.pose[plant.ArmPose(static_cast<int>(a), static_cast<int>(i))]));
+        work->root_mass += ad.transpose() * plant.rods[a].nodes[i].FullInertia().asDiagonal() * ad;
+      }
+    }
+  }
+  Vector6 momentum = work->root_mass * eta;
+  if (plant.exact() && plant.shell) {
+    Matrix6 rate = Matrix6::Zero();
+    AddMantleInertia(work->mantle_inertia, true, &rate);
+    work->force.head<6>() -= rate * eta;
+    momentum(5) += work->mantle_inertia.axial_momentum;
+  }
+  work->force.head<6>() += CoadjointTimes(eta, momentum);
+  if (plant.buoyant_mass_kg != 0.0) {
+    const Vector3 f = inputs.gravity_scale * plant.buoyant_mass_kg *
+                      (state.pose[0].rotation.conjugate() * plant.robot.effects.gravity_m_s2);
+    work->force.head<3>() += plant.buoyant_centre_m.cross(f);
+    work->force.segment<3>(3) += f;
+  }
+  const Effects& effects = plant.robot.effects;
+  if (effects.roll_drag) work->force.head<6>() += RollDragWrench(*effects.roll_drag, eta);
+  if (effects.rigid_drag && plant.robot.rigid_body) {
+    work->force.head<6>() += RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag,
+                                           plant.robot.water.density_kg_m3, eta);
+  }
+}
+
+}  // namespace
+
+EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
+                                 const PlantInputs& inputs, PlantWork* work) {
+  work->force.setZero();
+  int distributed = 0, points = 0;
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    if (const EvaluationFailure failure = EvaluateRod(plant, a, state, inputs, work)) {
+      return failure;
+    }
+    AddRodForces(plant, a, state, inputs, distributed, points, work);
+    distributed += static_cast<int>(plant.rods[a].distributed.size());
+    points += static_cast<int>(plant.rods[a].points.size());
+  }
+  if (plant.shell) {
+    if (const EvaluationFailure failure = AddShellForces(plant, state, inputs, work)) {
+      return failure;
+    }
+  }
+  AddRootForces(plant, state, inputs, work);
+  if (!work->force.allFinite()) {
+    return {plant.robot.name.c_str(), -1, "a force is not finite", work->force.cwiseAbs().maxCoeff(),
+            0.0};
+  }
+  return {};
+}
+
+void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, VectorX* out) {
+  const Vector6 root = a.head<6>();
+  out->head<6>().noalias() = work.root_mass * root;
+  for (int k = 0; k < static_cast<int>(plant.rods.size()); ++k) {
+    const Rod& rod = plant.rods[k];
+    for (int i = 1; i <= rod.element_count(); ++i) {
+      const int at = plant.ArmVelocity(k, i);
+      out->segment<6>(at) = rod.nodes[i].FullInertia().cwiseProduct(a.segment<6>(at));
+    }
+  }
+  if (!plant.shell) return;
+  const double axial = plant.exact() ? root(5) : 0.0;
+  double sum = 0;
+  for (int j = 0; j < plant.shell->node_count(); ++j) {
+    const ShellNode& node = plant.shell->nodes[j];
+    const int at = plant.ShellVelocity(j);
+    const Vector3 free = Vector3::Ones() - node.held;
+    Vector3 total = a.segment<3>(at);
+    sum += free(1) * node.inertia(1) * total(1);
+    total(1) += axial;
+    out->segment<3>(at) = node.inertia.cwiseProduct(total).cwiseProduct(free);
+  }
+  if (plant.exact()) (*out)(5) += sum;
+}
+
+void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
+                       VectorX* a) {
+  Vector6 rhs = work.force.head<6>();
+  Matrix6 schur = work.root_mass;
+  const bool coupled = plant.shell && plant.exact();
+  if (coupled) {
+    for (int j = 0; j < plant.shell->node_count(); ++j) {
+      const ShellNode& node = plant.shell->nodes[j];
+      if (node.held(1) != 0.0) continue;
+      schur(5, 5) -= node.inertia(1);
+      rhs(5) -= work.force(plant.ShellVelocity(j) + 1);
+    }
+  }
+  if (plant.root_free()) {
+    a->head<6>() = schur.ldlt().solve(rhs);
+  } else {
+    a->head<6>() = inputs.root_acceleration;
+  }
+  for (int k = 0; k < static_cast<int>(plant.rods.size()); ++k) {
+    const Rod& rod = plant.rods[k];
+    for (int i = 1; i <= rod.element_count(); ++i) {
+      const int at = plant.ArmVelocity(k, i);
+      a->segment<6>(at) = work.force.segment<6>(at).cwiseQuotient(rod.nodes[i].FullInertia());
+    }
+  }
+  if (!plant.shell) return;
+  for (int j = 0; j < plant.shell->node_count(); ++j) {
+    const ShellNode& node = plant.shell->nodes[j];
+    const int at = plant.ShellVelocity(j);
+    Vector3 x = work.force.segment<3>(at).cwiseQuotient(node.inertia);
+    if (coupled) x(1) -= (*a)(5);
+    a->segment<3>(at) = x.cwiseProduct(Vector3::Ones() - node.held);
+  }
+}
+
+}  // namespace mantle::model

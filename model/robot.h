@@ -1,0 +1,226 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "model/lie.h"
+#include "model/schedule.h"
+
+/// What a robot is: plain values, entered once, from which the plant and the reduced model are built.
+/// The robot is a star ([physics.md] 1): a root frame (free, clamped or with prescribed motion) that
+/// carries any number of arms, at most one mantle, and at most one rigid body. SI units; body frames;
+/// 6-vectors are (angular, linear). Effects are optional values: what is absent is not computed.
+
+namespace mantle::model {
+
+/// Isotropic Kelvin-Voigt material.
+struct Material {
+  double young_pa{0};
+  double poisson{0};
+  double viscosity_pa_s{0};  ///< shear viscosity; used where the scene names the effect "viscosity"
+  double density_kg_m3{0};
+
+  double shear_pa() const { return young_pa / (2.0 * (1.0 + poisson)); }
+};
+
+struct Water {
+  double density_kg_m3{1022};
+};
+
+/// Tension that pulls on a cable: given, or from a reeled length with elasticity,
+/// u = max(0, k (l - l_reel) + d (l_dot - l_reel_dot)) ([physics.md] 2).
+struct GivenTension {
+  Schedule tension_n;
+};
+struct ReeledLength {
+  Schedule length_change_m;  ///< l_reel minus the cable's length at rest; negative pulls
+  double stiffness_n_m{0};
+  double damping_n_s_m{0};
+};
+using CableDrive = std::variant<GivenTension, ReeledLength>;
+
+/// A cable along an arm at offset d(X) = fraction h(X) (0, cos a, sin a), a = angle + turns 2 pi X/L,
+/// from the base to `end_m` (arc length).
+struct ArmCable {
+  std::string name;
+  double fraction{0.6};
+  double angle_rad{0};
+  double turns{0};
+  double end_m{0};
+  CableDrive drive;
+};
+
+enum class LoadFrame { kBody, kWorld };  ///< follower, or dead
+
+/// Wrench density w(X, t) = direction shape(X) schedule(t) [N m/m, N/m];
+/// shape = base + (tip - base) X/L.
+struct DistributedWrench {
+  std::string name;
+  Vector6 direction{Vector6::Zero()};
+  double base{1}, tip{1};
+  LoadFrame frame{LoadFrame::kBody};
+  Schedule schedule;
+};
+
+/// Wrench at arc length `at_m` [N m, N].
+struct PointWrench {
+  std::string name;
+  double at_m{0};
+  Vector6 wrench{Vector6::Zero()};
+  LoadFrame frame{LoadFrame::kWorld};
+  Schedule schedule;
+};
+
+/// A tapered circular Cosserat rod, straight along +x of its base frame or curved at rest.
+struct Arm {
+  std::string name;
+  Pose mount;  ///< base frame in the root frame
+  double length_m{0};
+  double radius_base_m{0}, radius_tip_m{0};
+  Material material;
+  double shear_correction{1};
+  /// Sections given as a diagonal instead of from material and geometry (torsion, bending y, z,
+  /// stretch, shear y, z); constant along the arm.
+  std::optional<Vector6> stiffness;       ///< [N m^2, N]
+  std::optional<Vector6> viscosity;       ///< [N m^2 s, N s]
+  std::optional<Vector6> inertia;         ///< [kg m, kg/m]
+  Vector3 curvature_base{Vector3::Zero()};  ///< twist and curvatures at rest [rad/m], base ...
+  Vector3 curvature_tip{Vector3::Zero()};   ///< ... and tip, linear between
+  Vector3 drag_coefficients{Vector3::Zero()};  ///< C_x, C_y, C_z
+  double added_mass_coefficient{0};            ///< B_b
+  int elements{20};
+  std::vector<ArmCable> cables;
+  std::vector<DistributedWrench> distributed;
+  std::vector<PointWrench> points;
+  /// Velocity at t = 0, relative to the root, as a fraction of the first bending mode: tip speed [m/s]
+  /// along y of the base frame.
+  double initial_mode1_tip_speed_m_s{0};
+  Vector6 initial_twist{Vector6::Zero()};  ///< rigid twist of the whole arm, about its base frame
+};
+
+/// A piece of the meridian: a straight line or an arc of constant curvature.
+struct MeridianPiece {
+  double length_m{0};
+  double curvature_1_m{0};  ///< d theta / dX; negative bends from e_r towards -e3
+};
+
+enum class ShellEnd {
+  kClamped,    ///< r, z, theta held
+  kSupported,  ///< r, z held
+  kSymmetric,  ///< mirror plane (z, theta held), or on the axis (r, theta held)
+  kFree
+};
+
+/// Inward radial dead load per reference area on X in [from, to] ([physics.md] 3, erratum 12).
+struct StripPressure {
+  std::string name;
+  double from_m{0}, to_m{0};
+  Schedule pressure_pa;
+};
+
+/// n spokes that draw the strip in: p = c u, c = n / A; cable length n times the mean r of the strip.
+struct SpokeCable {
+  std::string name;
+  double from_m{0}, to_m{0};
+  int spokes{8};
+  CableDrive drive;
+};
+
+/// The mantle: axisymmetric Reissner shell about e3 of the root frame ([physics.md] 3).
+struct Mantle {
+  std::string name;
+  double r0_m{0}, z0_m{0}, theta0_rad{0};  ///< meridian at X = 0
+  std::vector<MeridianPiece> pieces;
+  double half_thickness_m{0};
+  Material material;
+  ShellEnd start{ShellEnd::kClamped}, end{ShellEnd::kFree};
+  int elements{64};
+  double grading{1};  ///< last over first element length within the first piece (> 1: finer at X = 0)
+  std::vector<double> stations_m;  ///< arc lengths that must be nodes, besides piece ends and strips
+  double nozzle_radius_m{0};
+  int outlets{1}, inlets{3};
+  double added_mass_coefficient{0};  ///< B_s
+  double drag_coefficient{0};        ///< C_d
+  std::vector<StripPressure> strips;
+  std::vector<SpokeCable> spokes;
+  double initial_radial_speed_m_s{0};
+};
+
+struct Cone {
+  double radius_m{0}, height_m{0}, density_kg_m3{0};
+};
+/// Mass properties about the root origin: Inertia (6x6, symmetric), displaced volume, centroid.
+struct GivenInertia {
+  double mass_kg{0};
+  Vector3 centre_m{Vector3::Zero()};
+  Matrix3 inertia_kg_m2{Matrix3::Zero()};  ///< about the centre of mass
+  double volume_m3{0};
+};
+struct RigidBody {
+  std::string name;
+  std::variant<Cone, GivenInertia> shape;
+};
+
+struct FreeRoot {};
+struct ClampedRoot {};
+/// Displacement sum_i axis_i schedule_i(t) [m] and rotation about a fixed world axis [rad].
+struct PrescribedRoot {
+  std::optional<Schedule> x_m, y_m, z_m, angle_rad;
+  Vector3 rotation_axis{Vector3::UnitZ()};
+};
+using RootMotion = std::variant<FreeRoot, ClampedRoot, PrescribedRoot>;
+
+enum class FluxReading { kVolume, kRadial };
+enum class ThrustPlace { kUniform, kDome };
+struct JetThrust {
+  FluxReading flux{FluxReading::kVolume};
+  ThrustPlace place{ThrustPlace::kUniform};
+  double runaway_n{10};  ///< a thrust beyond this stops the run: the jet law has run away
+};
+struct NormalPressure {
+  Schedule pressure_pa;  ///< inside minus outside, follows the wall
+};
+struct LateralDrag {
+  double coefficient{1.1};
+};
+struct RollDrag {
+  double coefficient_n_m_s2{1.2e-3};
+};
+/// Quadratic drag of the rigid body at `centre_m`: -1/2 rho_w |v_n| v_n (C A) per direction.
+struct RigidDrag {
+  double lateral_coefficient{1.1}, axial_coefficient{1.0};
+  std::optional<double> lateral_area_m2, axial_area_m2;  ///< default: the cone's projections
+};
+
+/// The effects a scene names. Absent means not computed and not stored.
+struct Effects {
+  Vector3 gravity_m_s2{0, 0, -9.81};
+  bool weight{false}, buoyancy{false}, drag{false}, added_mass{false}, viscosity{false};
+  bool contained_water{false}, lateral_added_mass{false};
+  std::optional<JetThrust> jet_thrust;
+  std::optional<NormalPressure> normal_pressure;
+  std::optional<LateralDrag> lateral_drag;
+  std::optional<RollDrag> roll_drag;
+  std::optional<RigidDrag> rigid_drag;
+  std::optional<Vector3> current_m_s;  ///< uniform steady water velocity, world frame
+};
+
+enum class Coupling { kExact, kFrozen };
+
+struct Robot {
+  std::string name;
+  Water water;
+  RootMotion root{FreeRoot{}};
+  Pose root_pose;                           ///< at t = 0, in the world
+  Vector6 root_twist{Vector6::Zero()};      ///< at t = 0, body frame
+  Coupling coupling{Coupling::kExact};
+  std::vector<Arm> arms;
+  std::optional<Mantle> mantle;
+  std::optional<RigidBody> rigid_body;
+  Effects effects;
+  double body_length_m{0};  ///< for relative errors; 0: extent of the reference shape
+};
+
+}  // namespace mantle::model

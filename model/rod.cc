@@ -1,0 +1,227 @@
+#include "model/rod.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+namespace mantle::model {
+namespace {
+
+// Gauss-Legendre, 5 points on [0, 1]: exact to degree 9 (sections are of degree 4, times 1).
+constexpr std::array<double, 5> kGaussPoint = {0.04691007703066800, 0.23076534494715845, 0.5,
+                                               0.76923465505284155, 0.95308992296933200};
+constexpr std::array<double, 5> kGaussWeight = {0.11846344252809454, 0.23931433524968324,
+                                                0.28444444444444444, 0.23931433524968324,
+                                                0.11846344252809454};
+constexpr int kReferenceSubsteps = 16;  // of the curved reference per element
+
+void Demand(bool ok, const std::string& message) {
+  if (!ok) throw BadRobot(message);
+}
+
+double Radius(const Arm& arm, double x) {
+  return arm.radius_base_m + (arm.radius_tip_m - arm.radius_base_m) * x / arm.length_m;
+}
+
+// Uniform nodes, the nearest interior one moved onto each station.
+std::vector<double> NodesOf(const Arm& arm) {
+  const int n = arm.elements;
+  std::vector<double> x(n + 1);
+  for (int i = 0; i <= n; ++i) x[i] = arm.length_m * i / n;
+  std::vector<bool> taken(n + 1, false);
+  taken.front() = taken.back() = true;
+  for (const PointWrench& p : arm.points) {
+    const int i = static_cast<int>(std::lround(p.at_m / arm.length_m * n));
+    if (std::abs(x[i] - p.at_m) < 1e-9 * arm.length_m) {
+      taken[i] = true;
+      continue;
+    }
+    Demand(!taken[i], fmt::format("points: at = {} m falls between nodes that other points or the "
+                                  "ends hold; use more elements than {}",
+                                  p.at_m, n));
+    x[i] = p.at_m;
+    taken[i] = true;
+  }
+  return x;
+}
+
+Vector6 RestStrain(const Arm& arm, double x) {
+  Vector6 xi;
+  xi << arm.curvature_base + (arm.curvature_tip - arm.curvature_base) * (x / arm.length_m), 1, 0, 0;
+  return xi;
+}
+
+// Fourth-order Magnus steps along the reference centreline.
+Pose AdvanceReference(const Arm& arm, Pose g, double x0, double x1) {
+  const double h = (x1 - x0) / kReferenceSubsteps;
+  const double offset = std::sqrt(3.0) / 6.0;
+  for (int i = 0; i < kReferenceSubsteps; ++i) {
+    const double mid = x0 + (i + 0.5) * h;
+    const Vector6 a = RestStrain(arm, mid - offset * h);
+    const Vector6 b = RestStrain(arm, mid + offset * h);
+    g = g * ExpSE3(0.5 * h * (a + b) + (std::sqrt(3.0) / 12.0) * h * h * SmallAdjointTimes(a, b));
+  }
+  return g;
+}
+
+RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relative, double x0,
+                     double x1) {
+  RodElement e;
+  e.length = x1 - x0;
+  const bool straight = arm.curvature_base.isZero(0.0) && arm.curvature_tip.isZero(0.0);
+  e.reference_strain = straight ? RestStrain(arm, 0) : Vector6(LogSE3(relative) / e.length);
+  for (int k = 0; k < 5; ++k) {
+    const double radius = Radius(arm, x0 + kGaussPoint[k] * e.length);
+    e.stiffness +=
+        kGaussWeight[k] * SectionStiffness(arm.material, arm.shear_correction, radius);
+    if (effects.viscosity) e.viscosity += kGaussWeight[k] * SectionViscosity(arm.material, radius);
+  }
+  if (arm.stiffness) e.stiffness = *arm.stiffness;
+  if (arm.viscosity && effects.viscosity) e.viscosity = *arm.viscosity;
+  return e;
+}
+
+void AddNodalIntegrals(const Arm& arm, const Water& water, const Effects& effects, double x0,
+                       double x1, RodNode* left, RodNode* right) {
+  const double length = x1 - x0;
+  for (int k = 0; k < 5; ++k) {
+    const double x = x0 + kGaussPoint[k] * length;
+    const double radius = Radius(arm, x);
+    const double area = std::numbers::pi * radius * radius;
+    const Vector6 inertia =
+        arm.inertia ? *arm.inertia : SectionInertia(arm.material.density_kg_m3, radius);
+    for (RodNode* node : {left, right}) {
+      const double shape = node == left ? 1.0 - kGaussPoint[k] : kGaussPoint[k];
+      const double w = kGaussWeight[k] * length * shape;
+      node->weight_m += w;
+      node->section.x_m += w * x;
+      node->section.area_m2 += w * area;
+      node->section.radius_m += w * radius;
+      node->inertia += w * inertia;
+      if (effects.added_mass) {
+        node->added_mass_kg +=
+            w * SectionAddedMass(water.density_kg_m3, arm.added_mass_coefficient, radius);
+      }
+    }
+  }
+}
+
+RodCable CableOf(const Arm& arm, const ArmCable& cable, const Rod& rod) {
+  RodCable out;
+  out.name = cable.name;
+  out.drive = cable.drive;
+  for (int i = 0; i < rod.element_count(); ++i) {
+    const double x0 = rod.x_m[i];
+    const double x1 = std::min(rod.x_m[i + 1], cable.end_m);
+    if (x1 <= x0 + 1e-12 * arm.length_m) break;
+    const double x = 0.5 * (x0 + x1);
+    const double angle_rate = 2.0 * std::numbers::pi * cable.turns / arm.length_m;
+    const double angle = cable.angle_rad + angle_rate * x;
+    const Vector3 along(0, std::cos(angle), std::sin(angle));
+    const Vector3 across(0, -std::sin(angle), std::cos(angle));
+    const double taper = (arm.radius_tip_m - arm.radius_base_m) / arm.length_m;
+    const double r = cable.fraction * Radius(arm, x);
+    CablePiece piece;
+    piece.offset_m = r * along;
+    piece.slope = cable.fraction * taper * along + r * angle_rate * across;
+    piece.share = (x1 - x0) / rod.elements[i].length;
+    out.pieces.push_back(piece);
+    out.rest_length_m +=
+        CablePieceLength(piece, rod.elements[i],
+                         rod.elements[i].length * rod.elements[i].reference_strain, nullptr, nullptr);
+  }
+  return out;
+}
+
+void CheckArm(const Arm& arm) {
+  Demand(arm.length_m > 0, fmt::format("length = {} m, must be > 0", arm.length_m));
+  Demand(arm.elements >= 1, fmt::format("elements = {}, must be >= 1", arm.elements));
+  Demand(arm.radius_base_m > 0 && arm.radius_tip_m > 0,
+         fmt::format("radius = {}, {} m, must be > 0", arm.radius_base_m, arm.radius_tip_m));
+  const double turn = arm.length_m / arm.elements *
+                      std::max(arm.curvature_base.norm(), arm.curvature_tip.norm());
+  Demand(turn < 1.0, fmt::format("elements = {}: an element at rest turns {:.3g} rad, must be < 1; "
+                                 "the mesh is too coarse for the reference curvature",
+                                 arm.elements, turn));
+  for (const ArmCable& c : arm.cables) {
+    Demand(c.fraction >= 0 && c.fraction <= 1,
+           fmt::format("cables.{}: fraction = {}, must be in [0, 1]: the cable must lie inside the "
+                       "section",
+                       c.name, c.fraction));
+    Demand(c.end_m > 0 && c.end_m <= arm.length_m * (1 + 1e-12),
+           fmt::format("cables.{}: end = {} m, must be in (0, {}]", c.name, c.end_m, arm.length_m));
+  }
+  for (const PointWrench& p : arm.points) {
+    Demand(p.at_m >= 0 && p.at_m <= arm.length_m * (1 + 1e-12),
+           fmt::format("points.{}: at = {} m, must be in [0, {}]", p.name, p.at_m, arm.length_m));
+  }
+}
+
+}  // namespace
+
+double CablePieceLength(const CablePiece& piece, const RodElement& e, const Vector6& d,
+                        Vector6* gradient, Matrix6* hessian) {
+  // Speed of the path in the section frame: gamma + kappa x offset + offset' ([physics.md] 2).
+  const Vector3 speed =
+      (d.tail<3>() + d.head<3>().cross(piece.offset_m)) / e.length + piece.slope;
+  const double norm = speed.norm();
+  const Vector3 t = speed / norm;
+  if (gradient != nullptr) {
+    *gradient << piece.share * piece.offset_m.cross(t), piece.share * t;
+  }
+  if (hessian != nullptr) {
+    Eigen::Matrix<double, 3, 6> b;  // d speed / d (l xi), times l
+    b << -Hat(piece.offset_m), Matrix3::Identity();
+    const Matrix3 p = (Matrix3::Identity() - t * t.transpose()) * (piece.share / (norm * e.length));
+    *hessian = b.transpose() * p * b;
+  }
+  return piece.share * e.length * norm;
+}
+
+Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
+  CheckArm(arm);
+  Rod rod;
+  rod.name = arm.name;
+  rod.mount = arm.mount;
+  rod.x_m = NodesOf(arm);
+  const int n = arm.elements;
+  rod.nodes.resize(n + 1);
+  rod.reference.resize(n + 1);
+  for (int i = 0; i < n; ++i) {
+    rod.reference[i + 1] = AdvanceReference(arm, rod.reference[i], rod.x_m[i], rod.x_m[i + 1]);
+    rod.elements.push_back(ElementOf(arm, effects, Inverse(rod.reference[i]) * rod.reference[i + 1],
+                                     rod.x_m[i], rod.x_m[i + 1]));
+    AddNodalIntegrals(arm, water, effects, rod.x_m[i], rod.x_m[i + 1], &rod.nodes[i],
+                      &rod.nodes[i + 1]);
+  }
+  for (RodNode& node : rod.nodes) {
+    node.section.x_m /= node.weight_m;
+    node.section.area_m2 /= node.weight_m;
+    node.section.radius_m /= node.weight_m;
+  }
+  if (effects.weight || effects.buoyancy) {
+    const double density =
+        arm.inertia ? (*arm.inertia)(5) / (std::numbers::pi * std::pow(arm.radius_base_m, 2))
+                    : arm.material.density_kg_m3;
+    rod.loads.push_back(GravityLoad{effects.gravity_m_s2, effects.weight ? density : 0.0,
+                                    effects.buoyancy ? water.density_kg_m3 : 0.0});
+  }
+  if (effects.drag) rod.loads.push_back(DragLoad{water.density_kg_m3, arm.drag_coefficients});
+  for (const DistributedWrench& d : arm.distributed) {
+    rod.distributed.push_back(
+        {d.name, DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame}, d.schedule});
+  }
+  for (const PointWrench& p : arm.points) {
+    const auto at = std::min_element(rod.x_m.begin(), rod.x_m.end(), [&](double a, double b) {
+      return std::abs(a - p.at_m) < std::abs(b - p.at_m);
+    });
+    rod.points.push_back({static_cast<int>(at - rod.x_m.begin()), p});
+  }
+  for (const ArmCable& c : arm.cables) rod.cables.push_back(CableOf(arm, c, rod));
+  return rod;
+}
+
+}  // namespace mantle::model

@@ -1,0 +1,83 @@
+#pragma once
+
+#include <stdexcept>
+#include <vector>
+
+#include "model/loads.h"
+#include "model/robot.h"
+#include "model/rod_element.h"
+
+/// An arm discretised: N elements of constant strain between N+1 nodes. Node 0 is the base. Mass is
+/// lumped with linear shape functions (total mass and first moment exact); section quantities are
+/// integrated exactly over each element, so taper costs no accuracy beyond the mesh's order, h^2.
+
+namespace mantle::model {
+
+/// A robot that cannot be: names the value and the bound. `path` is completed by the scene reader.
+struct BadRobot : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+struct RodNode {
+  double weight_m{0};        ///< integral of the node's shape function
+  SectionGeometry section;   ///< means with that weight
+  Vector6 inertia{Vector6::Zero()};  ///< diagonal, solid [kg m^2, kg]
+  double added_mass_kg{0};   ///< in the two lateral directions; zero without the effect
+
+  /// Diagonal of solid and added inertia together.
+  Vector6 FullInertia() const {
+    Vector6 m = inertia;
+    m.tail<2>().array() += added_mass_kg;
+    return m;
+  }
+};
+
+/// Where a cable crosses an element: position and slope of its path in the section frame, at the
+/// midpoint of the covered part, and that part's share of the element.
+struct CablePiece {
+  Vector3 offset_m, slope;
+  double share;
+};
+
+struct RodCable {
+  std::string name;
+  std::vector<CablePiece> pieces;  ///< elements 0, 1, ... up to the cable's end
+  double rest_length_m{0};
+  CableDrive drive;
+};
+
+struct RodPoint {
+  int node;
+  PointWrench load;
+};
+
+struct Rod {
+  std::string name;
+  Pose mount;
+  std::vector<double> x_m;  ///< arc length of nodes
+  std::vector<RodElement> elements;
+  std::vector<RodNode> nodes;
+  std::vector<Pose> reference;  ///< nodal poses at rest, in the base frame
+  std::vector<SectionLoad> loads;
+  struct Distributed {
+    std::string name;
+    DistributedLoad load;
+    Schedule schedule;
+  };
+  std::vector<Distributed> distributed;
+  std::vector<RodPoint> points;
+  std::vector<RodCable> cables;
+
+  int element_count() const { return static_cast<int>(elements.size()); }
+};
+
+/// Throws BadRobot.
+Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects);
+
+/// Length of the cable across an element of strain xi, and its derivative in d = l xi (a stress:
+/// share [offset x t; t], t the unit tangent of the path). `tangent`, where not null, receives the
+/// second derivative (6x6).
+double CablePieceLength(const CablePiece& piece, const RodElement& e, const Vector6& d,
+                        Vector6* gradient, Matrix6* hessian);
+
+}  // namespace mantle::model

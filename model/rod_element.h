@@ -1,0 +1,66 @@
+#pragma once
+
+#include "model/lie.h"
+
+/// One element of a Cosserat rod between two nodal poses, with constant strain.
+///
+///   d = log(g1^-1 g2),   xi = d / l,   d_dot = Jr^-1(d) eta2 - Jl^-1(d) eta1     ([Renda] eq. 3)
+///   sigma = Sigma (xi - xi*) + Upsilon xi_dot + cable resultants                 ([Renda] eq. 7)
+///   forces on the nodes: f2 = -Jr^-T sigma, f1 = +Jl^-T sigma
+/// so that f1 . eta1 + f2 . eta2 = -sigma . d_dot: the power balance is exact for any d. Strain is
+/// objective, a constant-strain (helical) field is represented exactly, and there is no shear locking.
+
+namespace mantle::model {
+
+struct RodElement {
+  double length{0};  ///< reference length l [m]
+  Vector6 reference_strain{Vector6::Zero()};  ///< xi*
+  Vector6 stiffness{Vector6::Zero()};         ///< diagonal of Sigma, mean over the element
+  Vector6 viscosity{Vector6::Zero()};         ///< diagonal of Upsilon; zero without the effect
+};
+
+/// Largest rotation across an element [rad]: beyond it the logarithm nears its branch cut at pi and
+/// the mesh is far too coarse for the shape anyway. A state beyond is refused.
+inline constexpr double kMaxElementRotation = 2.8;
+
+struct RodElementState {
+  RodElementState() : even(Vector6::Zero()) {}
+  Vector6 d{Vector6::Zero()};
+  Vector6 d_dot{Vector6::Zero()};
+  EvenTangentInverse even;
+
+  Vector6 Strain(const RodElement& e) const { return d / e.length; }
+  Vector6 StrainRate(const RodElement& e) const { return d_dot / e.length; }
+};
+
+/// Fills `state`; returns false if the element's rotation exceeds kMaxElementRotation or is not finite.
+bool EvaluateRodElement(const Pose& g1, const Pose& g2, const Vector6& eta1, const Vector6& eta2,
+                        RodElementState* state);
+
+/// sigma without cables.
+inline Vector6 RodStress(const RodElement& e, const RodElementState& s) {
+  return (e.stiffness.array() * (s.d / e.length - e.reference_strain).array() +
+          e.viscosity.array() * s.d_dot.array() / e.length)
+      .matrix();
+}
+
+/// Adds the nodal forces of stress `sigma` to f1 and f2.
+inline void AddRodElementForces(const RodElementState& s, const Vector6& sigma, Vector6* f1,
+                                Vector6* f2) {
+  const Vector6 e = s.even.TransposeTimes(sigma);
+  const Vector6 a = 0.5 * CoadjointTimes(s.d, sigma);
+  *f1 += e - a;
+  *f2 -= e + a;
+}
+
+/// Blocks of -(df/dzeta + damping_scale df/deta), for body increments g_i exp(zeta_i^) and twists.
+struct RodElementTangent {
+  Matrix6 a11, a12, a21, a22;
+};
+
+/// `cable_tangent` (6x6) is d sigma_cable / d d; `rates` tells whether viscosity is active.
+void RodElementTangents(const RodElement& e, const RodElementState& s, const Vector6& eta1,
+                        const Vector6& eta2, const Vector6& sigma, const Matrix6* cable_tangent,
+                        double damping_scale, RodElementTangent* out);
+
+}  // namespace mantle::model

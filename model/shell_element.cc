@@ -1,0 +1,166 @@
+#include "model/shell_element.h"
+
+#include <cmath>
+
+namespace mantle::model {
+namespace {
+
+// Rows: d strain / d y. Only the shape of the strains enters, not the material.
+Matrix5 StrainGradient(const ShellElement& e, const ShellElementState& s) {
+  const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), beta = s.strain(4);
+  const double k = 1.0 / (e.radius * e.radius);
+  Matrix5 g = Matrix5::Zero();
+  g(0, 0) = a;
+  g(0, 1) = b;
+  g(1, 3) = r * k;
+  g(2, 0) = -mu * s.cosine;
+  g(2, 1) = -mu * s.sine;
+  g(2, 2) = -s.lambda;
+  g(2, 4) = -mu * beta;
+  g(3, 3) = -s.sine * k;
+  g(3, 4) = -r * s.cosine * k;
+  g(4, 0) = -s.sine;
+  g(4, 1) = s.cosine;
+  g(4, 4) = -s.lambda;
+  return g;
+}
+
+// Sum over strains of stress_k times the Hessian of strain_k in y.
+Matrix5 WeightedHessian(const ShellElement& e, const ShellElementState& s, const Vector5& stress) {
+  const double mu = s.y(2), r = s.y(3), beta = s.strain(4);
+  const double k = 1.0 / (e.radius * e.radius);
+  Matrix5 h = Matrix5::Zero();
+  h(0, 0) = h(1, 1) = stress(0);
+  h(3, 3) = stress(1) * k;
+  h(0, 2) = h(2, 0) = -stress(2) * s.cosine;
+  h(1, 2) = h(2, 1) = -stress(2) * s.sine;
+  h(2, 4) = h(4, 2) = -stress(2) * beta;
+  h(0, 4) = h(4, 0) = stress(2) * mu * s.sine - stress(4) * s.cosine;
+  h(1, 4) = h(4, 1) = -stress(2) * mu * s.cosine - stress(4) * s.sine;
+  h(4, 4) = stress(2) * mu * s.lambda + stress(3) * r * s.sine * k - stress(4) * beta;
+  h(3, 4) = h(4, 3) = -stress(3) * s.cosine * k;
+  return h;
+}
+
+// Symmetric material matrix of the quadratic form, applied: stress = C strain.
+Vector5 Apply(double membrane, double bending, double shear, double nu, const Vector5& x) {
+  return Vector5(membrane * (x(0) + nu * x(1)), membrane * (x(1) + nu * x(0)),
+                 bending * (x(2) + nu * x(3)), bending * (x(3) + nu * x(2)), shear * x(4));
+}
+
+struct Moduli {
+  double membrane, bending, shear;
+};
+Moduli Elastic(const ShellMaterial& m) {
+  const double k = 2.0 * m.young_pa * m.half_thickness_m / (1.0 - m.poisson * m.poisson);
+  return {k, k * m.half_thickness_m * m.half_thickness_m / 3.0,
+          2.0 * m.half_thickness_m * m.shear_pa};
+}
+Moduli Viscous(const ShellMaterial& m) {
+  const double k = 6.0 * m.viscosity_pa_s * m.half_thickness_m / (1.0 - m.poisson * m.poisson);
+  return {k, k * m.half_thickness_m * m.half_thickness_m / 3.0,
+          2.0 * m.half_thickness_m * m.viscosity_pa_s};
+}
+
+Matrix5 Apply(const Moduli& c, double nu, const Matrix5& x) {
+  Matrix5 y;
+  y.row(0) = c.membrane * (x.row(0) + nu * x.row(1));
+  y.row(1) = c.membrane * (x.row(1) + nu * x.row(0));
+  y.row(2) = c.bending * (x.row(2) + nu * x.row(3));
+  y.row(3) = c.bending * (x.row(3) + nu * x.row(2));
+  y.row(4) = c.shear * x.row(4);
+  return y;
+}
+
+}  // namespace
+
+void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const Vector3& q1,
+                          const Vector3& q2, const Vector3& v1, const Vector3& v2,
+                          ShellElementState* state) {
+  ShellElementState& s = *state;
+  const double inv = 1.0 / e.chord;
+  s.y << (q2 - q1) * inv, 0.5 * (q1(0) + q2(0)), 0.5 * (q1(2) + q2(2));
+  s.y_dot << (v2 - v1) * inv, 0.5 * (v1(0) + v2(0)), 0.5 * (v1(2) + v2(2));
+  const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), theta = s.y(4);
+  s.sine = std::sin(theta);
+  s.cosine = std::cos(theta);
+  s.lambda = a * s.cosine + b * s.sine;
+  const double beta = -a * s.sine + b * s.cosine;
+  const double k = 1.0 / (e.radius * e.radius);
+  s.strain << 0.5 * (a * a + b * b - 1.0), 0.5 * (r * r * k - 1.0), e.mu - mu * s.lambda,
+      std::sin(e.theta) / e.radius - r * s.sine * k, beta;
+
+  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3),
+               td = s.y_dot(4);
+  const double lambda_dot = ad * s.cosine + bd * s.sine + beta * td;
+  s.strain_rate << a * ad + b * bd, r * rd * k, -mud * s.lambda - mu * lambda_dot,
+      -(rd * s.sine + r * s.cosine * td) * k, -ad * s.sine + bd * s.cosine - s.lambda * td;
+
+  const Moduli c = Elastic(m);
+  s.elastic = Apply(c.membrane, c.bending, c.shear, m.poisson, s.strain);
+  if (m.viscosity_pa_s > 0.0) {
+    const Moduli cv = Viscous(m);
+    s.viscous = Apply(cv.membrane, cv.bending, cv.shear, m.poisson, s.strain_rate);
+  } else {
+    s.viscous.setZero();
+  }
+}
+
+void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,
+                           Vector3* f2) {
+  const Vector5 stress = s.elastic + s.viscous;
+  const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), beta = s.strain(4);
+  const double k = 1.0 / (e.radius * e.radius);
+  const double area_over_chord = e.area / e.chord;
+  const Vector3 slope(stress(0) * a - stress(2) * mu * s.cosine - stress(4) * s.sine,
+                      stress(0) * b - stress(2) * mu * s.sine + stress(4) * s.cosine,
+                      -stress(2) * s.lambda);
+  const double gr = 0.5 * e.area * k * (stress(1) * r - stress(3) * s.sine);
+  const double gt =
+      0.5 * e.area *
+      (-stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda);
+  const Vector3 mean(gr, 0.0, gt);
+  *f1 += area_over_chord * slope - mean;
+  *f2 -= area_over_chord * slope + mean;
+}
+
+void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                          double damping_scale, ShellElementTangent* out) {
+  const Matrix5 g = StrainGradient(e, s);
+  Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
+  if (m.viscosity_pa_s > 0.0) {
+    // strain_rate = g(y) y_dot: its derivative in y has rows (Hessian_k y_dot)^T
+    Matrix5 rate_by_y;
+    for (int k = 0; k < 5; ++k) {
+      rate_by_y.row(k) = (WeightedHessian(e, s, Vector5::Unit(k)) * s.y_dot).transpose();
+    }
+    dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
+  }
+  const Matrix5 t =
+      e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+  // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta)
+  using Matrix53 = Eigen::Matrix<double, 5, 3>;
+  Matrix53 j1 = Matrix53::Zero();
+  j1(0, 0) = j1(1, 1) = j1(2, 2) = -1.0 / e.chord;
+  j1(3, 0) = j1(4, 2) = 0.5;
+  Matrix53 j2 = j1;
+  j2.topRows<3>() *= -1.0;
+  const Matrix53 t1 = t * j1;
+  const Matrix53 t2 = t * j2;
+  out->a11.noalias() = j1.transpose() * t1;
+  out->a12.noalias() = j1.transpose() * t2;
+  out->a21.noalias() = j2.transpose() * t1;
+  out->a22.noalias() = j2.transpose() * t2;
+}
+
+double ShellElementEnergy(const ShellElement& e, const ShellElementState& s) {
+  return 0.5 * e.area * s.elastic.dot(s.strain);
+}
+double ShellElementStressPower(const ShellElement& e, const ShellElementState& s) {
+  return e.area * s.elastic.dot(s.strain_rate);
+}
+double ShellElementDissipation(const ShellElement& e, const ShellElementState& s) {
+  return e.area * s.viscous.dot(s.strain_rate);
+}
+
+}  // namespace mantle::model

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "model/lie.h"
+
+/// One element of the axisymmetric Reissner shell: two nodes (r, z, theta), linear between them, one
+/// quadrature point in the middle ([physics.md] 3). Per unit reference area, with J = h^2/3:
+///
+///   W = E h/(1-nu^2) [e11^2 + 2 nu e11 e22 + e22^2 + J (d11^2 + 2 nu d11 d22 + d22^2)] + h G beta^2
+///   R = 3 eta h/(1-nu^2) [the same form in strain rates] + h eta beta_dot^2   (power lost: 2 R)
+///   e11 = (lambda^2 + beta^2 - 1)/2 = (r'^2 + z'^2 - 1)/2,  e22 = (r^2/r*^2 - 1)/2,
+///   d11 = mu* - mu lambda,  d22 = sin(theta*)/r* - r sin(theta)/r*^2,
+///   lambda = r' cos(theta) + z' sin(theta),  beta = -r' sin(theta) + z' cos(theta),  mu = theta'.
+/// Nodal forces are -dW/dq - dR/dq_dot times the element's reference area, so N_X, N_phi, M_X, M_phi
+/// and H of [Renda] eq. 8 (with errata 9, 11) are the conjugates of W by construction.
+///
+/// X-derivatives are taken along the reference chord and theta* is the chord's direction, so that the
+/// discrete reference shape is free of stress.
+
+namespace mantle::model {
+
+using Vector5 = Eigen::Matrix<double, 5, 1>;
+using Matrix5 = Eigen::Matrix<double, 5, 5>;
+
+struct ShellMaterial {
+  double half_thickness_m{0};
+  double young_pa{0}, poisson{0}, shear_pa{0};
+  double viscosity_pa_s{0};  ///< zero without the effect
+};
+
+struct ShellElement {
+  double chord{0};        ///< reference chord [m]
+  double area{0};         ///< reference area, all around [m^2]
+  double radius{0};       ///< r* at the midpoint
+  double theta{0};        ///< theta* at the midpoint (chord direction)
+  double mu{0};           ///< mu*
+};
+
+/// Strains in the order e11, e22, d11, d22, beta; y = (r', z', mu, r, theta) at the midpoint.
+struct ShellElementState {
+  Vector5 y, y_dot;
+  Vector5 strain, strain_rate;
+  Vector5 elastic, viscous;  ///< conjugate stresses per unit reference area
+  double sine, cosine;       ///< of the midpoint theta
+  double lambda;
+};
+
+void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const Vector3& q1,
+                          const Vector3& q2, const Vector3& v1, const Vector3& v2,
+                          ShellElementState* state);
+
+/// Adds the nodal forces (r: N, z: N, theta: N m; all around) to f1, f2.
+void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,
+                           Vector3* f2);
+
+/// Blocks of -(df/dq + damping_scale df/dv).
+struct ShellElementTangent {
+  Matrix3 a11, a12, a21, a22;
+};
+void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                          double damping_scale, ShellElementTangent* out);
+
+/// Stored energy [J], rate of change of it [W], and dissipated power 2 R [W] of the element.
+double ShellElementEnergy(const ShellElement& e, const ShellElementState& s);
+double ShellElementStressPower(const ShellElement& e, const ShellElementState& s);
+double ShellElementDissipation(const ShellElement& e, const ShellElementState& s);
+
+}  // namespace mantle::model

@@ -1,0 +1,109 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "model/energy.h"
+#include "model/plant.h"
+#include "model/stepper.h"
+
+/// A run: steps aligned with break points and output times, retried at half the step where they fail,
+/// with energies and indices accounted. Plain values out; no files here.
+
+namespace mantle::model {
+
+struct RunSettings {
+  double duration_s{1};
+  double step_s{0.01};           ///< of the fixed-step integrators; CVODE's longest step
+  double min_step_s{1e-6};       ///< retries stop there
+  double output_interval_s{0.01};
+  StepperSettings stepper;
+  bool account_energy{true};     ///< works, drift, indices
+};
+
+/// What an observer sees at t = 0, every output interval and the end. Poses and twists are in the
+/// earth frame (the current added back).
+struct Sample {
+  double time_s{0};
+  Pose root;
+  Vector6 root_twist{Vector6::Zero()};
+  Vector6 root_acceleration{Vector6::Zero()};
+  std::vector<Pose> tips;
+  std::vector<Vector6> tip_twists;
+  Vector3 centre_of_mass_m{Vector3::Zero()};
+  Vector6 momentum{Vector6::Zero()};  ///< of solid and added mass, about the earth origin
+  double volume_m3{0}, volume_rate_m3_s{0}, thrust_n{0};
+  Energies energies;
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
+  double index_output_w{0};  ///< W_o = eta_r^T M_r eta_r_dot ([physics.md] 5)
+  double index_input_w{0};   ///< W_i, positive part of the stress power of shell and arms
+  double power_balance_residual{0};
+};
+
+/// The energetic index in every reading ([physics.md] 5), over all steps of the run.
+struct EnergeticIndex {
+  double mean_of_ratio{0};           ///< time mean of W_o / W_i where W_i > 0
+  double ratio_of_means{0};          ///< mean W_o / mean W_i
+  double positive_mean_of_ratio{0};  ///< time mean of max(W_o, 0) / W_i where W_i > 0
+  double positive_ratio_of_means{0};
+  double mean_output_w{0}, mean_input_w{0};
+};
+
+struct RunResult {
+  bool ok{false};
+  std::string reason;  ///< what stopped it: time, body, node, cause
+  double sim_time_s{0};
+  StepCounters counters;
+  double power_balance_residual{0};  ///< largest over the samples (exact coupling)
+  double energy_drift{0};  ///< |E(T) - E(0) - work + dissipated| over the energy turned over
+  EnergeticIndex index;
+  Sample last;
+  std::vector<std::string> work_names;
+  std::vector<double> work_j;
+  double dissipated_j{0};
+};
+
+class Simulation {
+ public:
+  /// Throws BadRobot; std::runtime_error where an explicit step is beyond its stability limit.
+  Simulation(const Plant& plant, const RunSettings& settings);
+
+  double time_s() const { return state_.time_s; }
+  const PlantState& state() const { return state_; }
+  PlantState* mutable_state() { return &state_; }
+  const Plant& plant() const { return plant_; }
+  const StepCounters& counters() const { return stepper_->counters(); }
+
+  /// Advances to time t_s (an output or break point need not lie there).
+  StepStatus AdvanceTo(double t_s);
+  Sample Observe();
+
+  /// All of a run. `observer` sees every sample; returning false stops the run there (not an error).
+  RunResult Run(const std::function<bool(const Sample&)>& observer = {});
+
+  /// Text of everything a resumed run needs; restoring it continues with the same bits.
+  std::string Checkpoint() const;
+  /// Throws BadRobot where the checkpoint is of another robot or damaged.
+  void Restore(const std::string& checkpoint);
+
+ private:
+  const Plant& plant_;
+  RunSettings settings_;
+  PlantState state_;
+  std::unique_ptr<Stepper> stepper_;
+  EnergyAccount energy_;
+  PlantInputs inputs_;
+  PlantWork work_;
+  double initial_energy_j_{0}, turned_over_j_{0}, previous_energy_j_{0};
+  double output_s_{0};
+  double index_ratio_s_{0}, index_positive_ratio_s_{0}, index_time_s_{0}, output_j_{0},
+      output_positive_j_{0}, input_j_{0};
+  double worst_balance_{0};
+
+  void AccountStep(double h);
+};
+
+}  // namespace mantle::model

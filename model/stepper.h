@@ -1,0 +1,65 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "model/energy.h"
+#include "model/plant.h"
+
+/// Time integration of q_dot = B(q) v, M v_dot = f(q, v, t) behind one seam. A step never crosses a
+/// break point of a schedule (the caller aligns them); inputs at the end of a step are their limits
+/// from the left.
+
+namespace mantle::model {
+
+enum class Integrator {
+  kSdirk2,         ///< default: two stages, order 2, L-stable, stiffly accurate (Alexander 1977)
+  kSdirk3,         ///< three stages, order 3, L-stable, stiffly accurate (Alexander 1977)
+  kBackwardEuler,  ///< order 1, L-stable
+  kRk4,            ///< explicit, order 4; refused beyond its stability limit
+  kCvode           ///< SUNDIALS BDF, error-controlled: the accuracy reference
+};
+
+struct StepperSettings {
+  Integrator integrator{Integrator::kSdirk2};
+  /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths.
+  double newton_tolerance{1e-9};
+  int newton_max_iterations{12};
+  double relative_tolerance{1e-6};  ///< CVODE
+  double absolute_tolerance{1e-8};  ///< CVODE, in rad, body lengths, and per second
+};
+
+struct StepCounters {
+  long steps{0}, rejected{0}, newton_iterations{0}, factorisations{0}, evaluations{0};
+};
+
+/// Outcome of one step; where it failed, why (body, node, cause).
+struct StepStatus {
+  bool ok{true};
+  std::string reason;
+};
+
+class Stepper {
+ public:
+  virtual ~Stepper() = default;
+  /// Advances `state` by h seconds and adds the work of every load to `energy` (may be null). On
+  /// failure neither has changed.
+  virtual StepStatus Step(double h, PlantState* state, EnergyAccount* energy) = 0;
+  /// Acceleration v_dot at the end of the last step.
+  virtual const VectorX& acceleration() const = 0;
+  virtual const StepCounters& counters() const = 0;
+
+  /// What a restart needs to continue with the same bits (predictor and iteration-matrix state).
+  virtual std::string SaveMemory() const = 0;
+  virtual void RestoreMemory(const std::string& memory) = 0;
+  /// Forget what was learned about the past: after a jump of the loads.
+  virtual void Restart() {}
+};
+
+/// Inputs of a step as a function of time; default: the schedules of the scene. Drives and controllers
+/// replace it.
+using InputSource = void (*)(const Plant&, double t_s, bool from_left, PlantInputs*);
+
+std::unique_ptr<Stepper> MakeStepper(const Plant& plant, const StepperSettings& settings);
+
+}  // namespace mantle::model
