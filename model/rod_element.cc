@@ -8,9 +8,8 @@ bool EvaluateRodElement(const Pose& g1, const Pose& g2, const Vector6& eta1, con
   Pose h;
   h.rotation = inverse * g2.rotation;
   h.position = inverse * (g2.position - g1.position);
-  state->d = LogSE3(h);
+  state->even = EvenTangentInverse(h, &state->d);
   if (!(state->d.head<3>().squaredNorm() < kMaxElementRotation * kMaxElementRotation)) return false;
-  state->even = EvenTangentInverse(state->d);
   state->d_dot = state->even.Times(eta2 - eta1) + 0.5 * SmallAdjointTimes(state->d, eta1 + eta2);
   return state->d_dot.allFinite();
 }

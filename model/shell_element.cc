@@ -88,7 +88,7 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   const double beta = -a * s.sine + b * s.cosine;
   const double k = 1.0 / (e.radius * e.radius);
   s.strain << 0.5 * (a * a + b * b - 1.0), 0.5 * (r * r * k - 1.0), e.mu - mu * s.lambda,
-      std::sin(e.theta) / e.radius - r * s.sine * k, beta;
+      e.sine / e.radius - r * s.sine * k, beta;
 
   const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3), td = s.y_dot(4);
   const double lambda_dot = ad * s.cosine + bd * s.sine + beta * td;
