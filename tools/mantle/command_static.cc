@@ -37,7 +37,7 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
   if (!j["volume_m3"].is_null()) {
     const double before = j["volume_m3"]["initial"].get<double>();
     const double after = j["volume_m3"]["final"].get<double>();
-    fmt::print("  volume {:.3f} mL, {:+.2f} %\n", 1e6 * after, 100.0 * (after / before - 1.0));
+    fmt::print("  volume {:.3f} mL, at rest {:.3f} mL\n", 1e6 * after, 1e6 * before);
   }
   if (!j["limit_load_factor"].is_null()) {
     fmt::print("  limit point at load factor {:.6g}\n", j["limit_load_factor"].get<double>());
