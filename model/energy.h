@@ -31,9 +31,7 @@ class EnergyAccount {
   /// scene does not name is not here.
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<double>& work_j() const { return work_; }
-  std::vector<double>& mutable_work_j() { return work_; }
   double dissipated_j() const { return dissipated_; }
-  double stress_work_arms_j() const { return stress_arms_; }
   void Restore(const std::vector<double>& work_j, double dissipated_j) {
     work_ = work_j;
     dissipated_ = dissipated_j;
@@ -48,20 +46,24 @@ class EnergyAccount {
   double stress_power_arms_w() const { return stress_power_arms_; }
   double stress_power_mantle_w() const { return stress_power_mantle_; }
 
-  /// work += weight * power, as the integrator's quadrature says.
+  /// Quadrature of a step: Begin, Accumulate(weight) at each stage, Commit. Works change on Commit.
+  void Begin();
   void Accumulate(double weight_s);
+  void Commit();
 
-  /// |dT/dt + dV/dt + dissipation - powers| over the sum of the magnitudes, at the instant of the last
-  /// EvaluatePowers.
-  double BalanceResidual(const Plant& plant, const PlantState& state, const PlantWork& work,
-                         const VectorX& acceleration);
+  /// dT/dt + dV/dt + dissipation - powers [W] and the sum of the magnitudes, at the instant of the last
+  /// EvaluatePowers, with the semi-discrete acceleration of that state.
+  struct Balance {
+    double residual_w, scale_w;
+  };
+  Balance EvaluateBalance(const Plant& plant, const PlantState& state, const PlantWork& work,
+                          const VectorX& acceleration);
 
  private:
   std::vector<std::string> names_;
-  std::vector<double> power_, work_;
-  double dissipation_{0}, dissipated_{0}, stress_arms_{0};
+  std::vector<double> power_, work_, pending_;
+  double dissipation_{0}, dissipated_{0}, pending_dissipation_{0};
   double stress_power_arms_{0}, stress_power_mantle_{0};
-  double weight_sum_{0};
   VectorX scratch_;
 };
 

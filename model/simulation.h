@@ -58,6 +58,7 @@ struct RunResult {
   double sim_time_s{0};
   StepCounters counters;
   double power_balance_residual{0};  ///< largest over the samples (exact coupling)
+  bool balance_defined{true};        ///< false for frozen coupling: the two figures then mean nothing
   double energy_drift{0};  ///< |E(T) - E(0) - work + dissipated| over the energy turned over
   EnergeticIndex index;
   Sample last;
@@ -75,7 +76,7 @@ class Simulation {
   const PlantState& state() const { return state_; }
   PlantState* mutable_state() { return &state_; }
   const Plant& plant() const { return plant_; }
-  const StepCounters& counters() const { return stepper_->counters(); }
+  StepCounters counters() const;
 
   /// Advances to time t_s (an output or break point need not lie there).
   StepStatus AdvanceTo(double t_s);
@@ -90,20 +91,28 @@ class Simulation {
   void Restore(const std::string& checkpoint);
 
  private:
+  StepStatus TakeStep(double limit_s);
+  void AccountStep(double h);
+  StepStatus CheckRunaway() const;
+
   const Plant& plant_;
   RunSettings settings_;
   PlantState state_;
   std::unique_ptr<Stepper> stepper_;
-  EnergyAccount energy_;
+  EnergyAccount energy_, probe_;
   PlantInputs inputs_;
   PlantWork work_;
-  double initial_energy_j_{0}, turned_over_j_{0}, previous_energy_j_{0};
-  double output_s_{0};
-  double index_ratio_s_{0}, index_positive_ratio_s_{0}, index_time_s_{0}, output_j_{0},
-      output_positive_j_{0}, input_j_{0};
-  double worst_balance_{0};
-
-  void AccountStep(double h);
+  VectorX acceleration_;
+  mutable std::vector<Vector3> gradient_;
+  StepCounters before_resume_;
+  double step_cap_s_{0};  ///< shrinks where steps fail, recovers
+  // What the run has accumulated; all of it in a checkpoint.
+  struct Account {
+    double initial_energy_j{0}, peak_energy_j{0};
+    double ratio_s{0}, positive_ratio_s{0}, ratio_time_s{0}, time_s{0};
+    double output_j{0}, positive_output_j{0}, input_j{0};
+    double worst_residual_w{0}, worst_scale_w{0}, worst_balance{0};
+  } account_;
 };
 
 }  // namespace mantle::model

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -20,6 +21,10 @@ enum class Integrator {
   kCvode           ///< SUNDIALS BDF, error-controlled: the accuracy reference
 };
 
+/// Called after the schedules were evaluated at time t, before every stage: what drives and
+/// controllers use to set cable inputs. Empty: the scene's schedules alone.
+using InputHook = std::function<void(double t_s, bool from_left, PlantInputs* inputs)>;
+
 struct StepperSettings {
   Integrator integrator{Integrator::kSdirk2};
   /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths.
@@ -27,6 +32,7 @@ struct StepperSettings {
   int newton_max_iterations{12};
   double relative_tolerance{1e-6};  ///< CVODE
   double absolute_tolerance{1e-8};  ///< CVODE, in rad, body lengths, and per second
+  InputHook input_hook;
 };
 
 struct StepCounters {
@@ -56,10 +62,16 @@ class Stepper {
   virtual void Restart() {}
 };
 
-/// Inputs of a step as a function of time; default: the schedules of the scene. Drives and controllers
-/// replace it.
-using InputSource = void (*)(const Plant&, double t_s, bool from_left, PlantInputs*);
-
 std::unique_ptr<Stepper> MakeStepper(const Plant& plant, const StepperSettings& settings);
+
+/// Largest step [s] for which explicit RK4 is stable at the initial state: from the spectral radii of
+/// M^-1 D and M^-1 K (power iteration), the worst root of s^2 + d s + k on RK4's stability region, with
+/// 5 % in hand ([physics.md] 7).
+double ExplicitStepLimit(const Plant& plant);
+
+/// The seams' implementations, one file each.
+std::unique_ptr<Stepper> MakeImplicitStepper(const Plant& plant, const StepperSettings& settings);
+std::unique_ptr<Stepper> MakeExplicitStepper(const Plant& plant, const StepperSettings& settings);
+std::unique_ptr<Stepper> MakeCvodeStepper(const Plant& plant, const StepperSettings& settings);
 
 }  // namespace mantle::model

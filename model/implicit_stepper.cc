@@ -1,0 +1,336 @@
+#include <fmt/format.h>
+
+#include <array>
+#include <cmath>
+#include <cstring>
+
+#include "model/newton_matrix.h"
+#include "model/stepper.h"
+
+/// Singly diagonally implicit Runge-Kutta methods in a chart centred at the step's start (Munthe-Kaas):
+/// with g = g_n exp(Theta^) the unknowns (Theta, v) live in a vector space,
+///   Theta_dot = Jr^-1(Theta) v,   M v_dot = f,
+/// so the method keeps its classical order. Stage i with known parts Theta_k, v_k:
+///   Theta = Theta_k + gamma h Theta_dot,  v = Jr(Theta) (Theta - Theta_k) / (gamma h),
+///   v_dot = (v - v_k) / (gamma h),        residual M v_dot - f = 0 for Theta,
+/// by simplified Newton iterations with a matrix kept over stages and steps while it contracts well.
+/// All methods are stiffly accurate: the last stage is the step.
+
+namespace mantle::model {
+namespace {
+
+struct Tableau {
+  int stages;
+  double gamma;
+  std::array<double, 3> c;
+  std::array<std::array<double, 3>, 3> a;  // the last row is b
+};
+
+Tableau TableauOf(Integrator kind) {
+  Tableau t{};
+  if (kind == Integrator::kBackwardEuler) {
+    t.stages = 1;
+    t.gamma = 1.0;
+    t.c = {1, 0, 0};
+    t.a[0] = {1, 0, 0};
+  } else if (kind == Integrator::kSdirk2) {
+    const double g = 1.0 - 1.0 / std::sqrt(2.0);
+    t.stages = 2;
+    t.gamma = g;
+    t.c = {g, 1, 0};
+    t.a[0] = {g, 0, 0};
+    t.a[1] = {1.0 - g, g, 0};
+  } else {  // root of g^3 - 3 g^2 + 3/2 g - 1/6
+    const double g = 0.43586652150845899942;
+    t.stages = 3;
+    t.gamma = g;
+    t.c = {g, 0.5 * (1.0 + g), 1};
+    t.a[0] = {g, 0, 0};
+    t.a[1] = {0.5 * (1.0 - g), g, 0};
+    t.a[2] = {-1.5 * g * g + 4.0 * g - 0.25, 1.5 * g * g - 5.0 * g + 1.25, g};
+  }
+  return t;
+}
+
+// The matrix is refreshed when an iteration contracts worse than this, and the step is given up when
+// it does not contract.
+constexpr double kRefreshContraction = 0.05;
+constexpr double kFailContraction = 0.9;
+// Steps whose sizes differ by less share a matrix.
+constexpr double kSameStep = 1e-9;
+
+class ImplicitStepper final : public Stepper {
+ public:
+  ImplicitStepper(const Plant& plant, const StepperSettings& settings)
+      : plant_(plant),
+        settings_(settings),
+        tableau_(TableauOf(settings.integrator)),
+        matrix_(plant),
+        work_(plant),
+        stage_(InitialState(plant)),
+        matrix_state_(stage_) {
+    const int n = plant.velocity_size();
+    for (VectorX* v : {&theta_, &theta_known_, &theta_rate_, &velocity_known_, &acceleration_,
+                       &residual_, &guess_}) {
+      v->setZero(n);
+    }
+    for (int i = 0; i < tableau_.stages; ++i) {
+      theta_rates_[i].setZero(n);
+      accelerations_[i].setZero(n);
+    }
+    EvaluateInputs(plant, 0.0, false, &inputs_);
+  }
+
+  StepStatus Step(double h, PlantState* state, EnergyAccount* energy) override {
+    for (int attempt = 0; attempt < 2; ++attempt) {
+      const Outcome outcome = Attempt(h, *state, energy);
+      if (outcome == Outcome::kDone) {
+        std::swap(state->pose, stage_.pose);
+        std::swap(state->shape, stage_.shape);
+        state->velocity.swap(stage_.velocity);
+        state->time_s += h;
+        guess_ = accelerations_[tableau_.stages - 1];
+        ++counters_.steps;
+        return {};
+      }
+      if (outcome == Outcome::kFailed || matrix_fresh_) break;
+      matrix_valid_ = false;  // one more try with a matrix of this step
+    }
+    matrix_valid_ = false;
+    ++counters_.rejected;
+    return {false, reason_};
+  }
+
+  const VectorX& acceleration() const override { return guess_; }
+  const StepCounters& counters() const override { return counters_; }
+
+  void Restart() override {
+    matrix_valid_ = false;
+    guess_.setZero();
+  }
+
+  std::string SaveMemory() const override {
+    // The matrix is a function of the state it was made at, which is small: save that.
+    std::string out;
+    const auto put = [&](double x) {
+      std::uint64_t bits;
+      std::memcpy(&bits, &x, sizeof bits);
+      out += fmt::format("{:016x} ", bits);
+    };
+    put(matrix_valid_ ? 1.0 : 0.0);
+    put(matrix_s_);
+    put(contraction_);
+    put(matrix_state_.time_s);
+    put(matrix_from_left_ ? 1.0 : 0.0);
+    for (const Pose& p : matrix_state_.pose) {
+      for (int k = 0; k < 4; ++k) put(p.rotation.coeffs()(k));
+      for (int k = 0; k < 3; ++k) put(p.position(k));
+    }
+    for (const Vector3& q : matrix_state_.shape) {
+      for (int k = 0; k < 3; ++k) put(q(k));
+    }
+    for (double v : matrix_state_.velocity) put(v);
+    for (double v : guess_) put(v);
+    return out;
+  }
+
+  void RestoreMemory(const std::string& memory) override {
+    std::size_t at = 0;
+    const auto get = [&] {
+      if (at + 16 > memory.size()) throw BadRobot("checkpoint: stepper memory is too short");
+      const std::uint64_t bits = std::stoull(memory.substr(at, 16), nullptr, 16);
+      at += 17;
+      double x;
+      std::memcpy(&x, &bits, sizeof x);
+      return x;
+    };
+    const bool valid = get() != 0.0;
+    const double s = get();
+    contraction_ = get();
+    matrix_state_.time_s = get();
+    matrix_from_left_ = get() != 0.0;
+    for (Pose& p : matrix_state_.pose) {
+      for (int k = 0; k < 4; ++k) p.rotation.coeffs()(k) = get();
+      for (int k = 0; k < 3; ++k) p.position(k) = get();
+    }
+    for (Vector3& q : matrix_state_.shape) {
+      for (int k = 0; k < 3; ++k) q(k) = get();
+    }
+    for (double& v : matrix_state_.velocity) v = get();
+    for (double& v : guess_) v = get();
+    matrix_valid_ = false;
+    if (!valid) return;
+    Inputs(matrix_state_.time_s, matrix_from_left_);
+    EvaluateForces(plant_, matrix_state_, inputs_, &work_);
+    matrix_valid_ = matrix_.Factor(plant_, matrix_state_, inputs_, work_, s, 0.5);
+    matrix_s_ = s;
+  }
+
+ private:
+  enum class Outcome { kDone, kSlow, kFailed };
+
+  void Inputs(double t, bool from_left) {
+    EvaluateInputs(plant_, t, from_left, &inputs_);
+    if (settings_.input_hook) settings_.input_hook(t, from_left, &inputs_);
+  }
+
+  Outcome Attempt(double h, const PlantState& start, EnergyAccount* energy) {
+    matrix_fresh_ = false;
+    if (energy != nullptr) energy->Begin();
+    const double s = 1.0 / (tableau_.gamma * h);
+    for (int i = 0; i < tableau_.stages; ++i) {
+      theta_known_.setZero();
+      velocity_known_ = start.velocity;
+      for (int j = 0; j < i; ++j) {
+        theta_known_ += (h * tableau_.a[i][j]) * theta_rates_[j];
+        velocity_known_ += (h * tableau_.a[i][j]) * accelerations_[j];
+      }
+      const bool from_left = tableau_.c[i] == 1.0;
+      const double t = start.time_s + tableau_.c[i] * h;
+      Inputs(t, from_left);
+      const VectorX& guess = i == 0 ? guess_ : accelerations_[i - 1];
+      theta_ = theta_known_ + (1.0 / s) * (velocity_known_ + (1.0 / s) * guess);
+      const Outcome outcome = SolveStage(start, t, from_left, s);
+      if (outcome != Outcome::kDone) return outcome;
+      theta_rates_[i] = theta_rate_;
+      accelerations_[i] = acceleration_;
+      if (energy != nullptr) {
+        ++counters_.evaluations;  // the last one was a correction ago
+        if (const EvaluationFailure failure = EvaluateForces(plant_, stage_, inputs_, &work_)) {
+          reason_ = failure.Message();
+          return Outcome::kSlow;
+        }
+        energy->EvaluatePowers(plant_, stage_, inputs_, work_, acceleration_);
+        energy->Accumulate(h * tableau_.a[tableau_.stages - 1][i]);
+      }
+    }
+    if (energy != nullptr) energy->Commit();
+    return Outcome::kDone;
+  }
+
+  // From theta_: stage_ (pose, shape, velocity), theta_rate_ and acceleration_.
+  void Unpack(const PlantState& start, double t, double s) {
+    Retract(plant_, start, theta_, &stage_);
+    stage_.time_s = t;
+    theta_rate_ = s * (theta_ - theta_known_);
+    VectorX& v = stage_.velocity;
+    v.head<6>() = TangentOperatorTimes(theta_.head<6>(), theta_rate_.head<6>());
+    for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
+      for (int k = 1; k <= plant_.rods[a].element_count(); ++k) {
+        const int at = plant_.ArmVelocity(a, k);
+        v.segment<6>(at) =
+            TangentOperatorTimes(theta_.segment<6>(at), theta_rate_.segment<6>(at));
+      }
+    }
+    const int shape = 3 * plant_.shape_count();
+    v.tail(shape) = theta_rate_.tail(shape);
+    ImposeRoot(plant_, inputs_, &stage_);
+    acceleration_ = s * (v - velocity_known_);
+    if (!plant_.root_free()) acceleration_.head<6>() = inputs_.root_acceleration;
+  }
+
+  // theta_ -= Jr^-1(theta) zeta, zeta in residual_; returns its scaled size.
+  double Correct() {
+    double angular = 0, linear = 0;
+    const auto pose = [&](int at) {
+      const Vector6 zeta = residual_.segment<6>(at);
+      angular = std::max(angular, zeta.head<3>().cwiseAbs().maxCoeff());
+      linear = std::max(linear, zeta.tail<3>().cwiseAbs().maxCoeff());
+      const Vector6 theta = theta_.segment<6>(at);
+      theta_.segment<6>(at) -= TangentOperatorInverseTimes(theta, zeta);
+    };
+    if (plant_.root_free()) pose(0);
+    for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
+      for (int k = 1; k <= plant_.rods[a].element_count(); ++k) pose(plant_.ArmVelocity(a, k));
+    }
+    for (int j = 0; j < plant_.shape_count(); ++j) {
+      const int at = plant_.ShellVelocity(j);
+      linear = std::max(linear, residual_.segment<2>(at).cwiseAbs().maxCoeff());
+      angular = std::max(angular, std::abs(residual_(at + 2)));
+      theta_.segment<3>(at) -= residual_.segment<3>(at);
+    }
+    return std::max(angular, linear / plant_.body_length_m);
+  }
+
+  Outcome SolveStage(const PlantState& start, double t, bool from_left, double s) {
+    double previous = 0;
+    for (int k = 0; k <= settings_.newton_max_iterations; ++k) {
+      Unpack(start, t, s);
+      ++counters_.evaluations;
+      if (const EvaluationFailure failure = EvaluateForces(plant_, stage_, inputs_, &work_)) {
+        reason_ = failure.Message();
+        return k == 0 && matrix_valid_ ? Outcome::kFailed : Outcome::kSlow;
+      }
+      if (!matrix_valid_ || std::abs(matrix_s_ / s - 1.0) > kSameStep) {
+        matrix_state_.pose = stage_.pose;
+        matrix_state_.shape = stage_.shape;
+        matrix_state_.velocity = stage_.velocity;
+        matrix_state_.time_s = t;
+        matrix_from_left_ = from_left;
+        matrix_s_ = s;
+        ++counters_.factorisations;
+        if (!matrix_.Factor(plant_, stage_, inputs_, work_, s, 0.5)) {
+          reason_ = "iteration matrix is singular";
+          matrix_valid_ = false;
+          return Outcome::kFailed;
+        }
+        matrix_valid_ = true;
+        matrix_fresh_ = true;
+      }
+      ApplyMass(plant_, work_, acceleration_, &residual_);
+      residual_ -= work_.force;
+      if (!plant_.root_free()) residual_.head<6>().setZero();
+      if (residual_.isZero(0.0)) return Outcome::kDone;
+      matrix_.Solve(plant_, &residual_);
+      const double size = Correct();
+      ++counters_.newton_iterations;
+      if (!std::isfinite(size)) {
+        reason_ = "Newton iteration: an increment is not finite";
+        return Outcome::kSlow;
+      }
+      double contraction = contraction_;
+      if (k > 0 && previous > 0) contraction = size / previous;
+      // What this correction leaves: contraction / (1 - contraction) of it.
+      if (contraction < 1.0 &&
+          size * contraction / (1.0 - contraction) < settings_.newton_tolerance) {
+        Unpack(start, t, s);
+        if (k > 0) contraction_ = std::max(contraction, 1e-3);
+        if (k > 1 && contraction > kRefreshContraction) matrix_valid_ = false;
+        return Outcome::kDone;
+      }
+      if (k > 1 && contraction > kFailContraction && size > 1e3 * settings_.newton_tolerance) {
+        reason_ = fmt::format(
+            "Newton iteration does not converge at t = {:.6g} s, h = {:.3g} s (contraction {:.2g}, "
+            "last increment {:.2g})",
+            t, 1.0 / (s * tableau_.gamma), contraction, size);
+        return Outcome::kSlow;
+      }
+      previous = size;
+    }
+    reason_ = fmt::format("Newton iteration: {} iterations at t = {:.6g} s did not reach {:.1g}",
+                          settings_.newton_max_iterations, t, settings_.newton_tolerance);
+    return Outcome::kSlow;
+  }
+
+  const Plant& plant_;
+  StepperSettings settings_;
+  Tableau tableau_;
+  NewtonMatrix matrix_;
+  PlantWork work_;
+  PlantInputs inputs_;
+  PlantState stage_, matrix_state_;
+  VectorX theta_, theta_known_, theta_rate_, velocity_known_, acceleration_, residual_, guess_;
+  std::array<VectorX, 3> theta_rates_, accelerations_;
+  StepCounters counters_;
+  std::string reason_;
+  double matrix_s_{0}, contraction_{0.1};
+  bool matrix_valid_{false}, matrix_fresh_{false}, matrix_from_left_{false};
+};
+
+}  // namespace
+
+std::unique_ptr<Stepper> MakeImplicitStepper(const Plant& plant, const StepperSettings& settings) {
+  return std::make_unique<ImplicitStepper>(plant, settings);
+}
+
+}  // namespace mantle::model

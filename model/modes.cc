@@ -1,0 +1,99 @@
+#include "model/modes.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <stdexcept>
+
+#include "model/newton_matrix.h"
+
+namespace mantle::model {
+namespace {
+
+constexpr int kGuardVectors = 6;
+constexpr int kSweeps = 200;
+constexpr double kConverged = 1e-12;  // relative change of the squared frequencies
+constexpr double kShift_rad_s = 0.01;  // keeps K + shift^2 M regular on a free root
+
+// The robot without anything that depends on velocity.
+Robot Conservative(Robot robot) {
+  robot.effects.viscosity = false;
+  robot.effects.drag = false;
+  robot.effects.jet_thrust.reset();
+  robot.effects.lateral_drag.reset();
+  robot.effects.roll_drag.reset();
+  robot.effects.rigid_drag.reset();
+  robot.effects.current_m_s.reset();
+  return robot;
+}
+
+}  // namespace
+
+std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, int count) {
+  const Plant plant(Conservative(original.robot));
+  PlantState state = at;
+  state.velocity.setZero();
+  PlantInputs inputs;
+  EvaluateInputs(plant, at.time_s, false, &inputs);
+  PlantWork work(plant);
+  if (const EvaluationFailure failure = EvaluateForces(plant, state, inputs, &work)) {
+    throw std::runtime_error("vibration modes: " + failure.Message());
+  }
+  NewtonMatrix matrix(plant);
+  const double shift = plant.root_free() ? kShift_rad_s : 0.0;
+  if (!matrix.Factor(plant, state, inputs, work, shift, 0.0)) {
+    throw std::runtime_error("vibration modes: the stiffness matrix is singular");
+  }
+  const int n = plant.velocity_size();
+  const int m = std::min(count + kGuardVectors, n);
+  Eigen::MatrixXd x(n, m), mx(n, m), ax(n, m);
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  for (double& e : x.reshaped()) e = uniform(random);
+  if (!plant.root_free()) x.topRows(6).setZero();
+  VectorX column(n), image(n);
+  const auto mass = [&](const VectorX& v, VectorX* out) {
+    ApplyMass(plant, work, v, out);
+    if (!plant.root_free()) out->head<6>().setZero();
+  };
+  VectorX last = VectorX::Zero(m);
+  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int k = 0; k < m; ++k) {
+      column = x.col(k);
+      mass(column, &image);
+      ax.col(k) = image;  // A (A^-1 M x) = M x
+      matrix.Solve(plant, &image);
+      x.col(k) = image;
+      mass(x.col(k), &column);
+      mx.col(k) = column;
+    }
+    const Eigen::MatrixXd reduced_m = x.transpose() * mx;
+    const Eigen::MatrixXd reduced_a = x.transpose() * ax;
+    Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+        0.5 * (reduced_a + reduced_a.transpose()), 0.5 * (reduced_m + reduced_m.transpose()));
+    if (solver.info() != Eigen::Success) {
+      throw std::runtime_error("vibration modes: the projected problem failed");
+    }
+    x = (x * solver.eigenvectors()).eval();
+    const VectorX& values = solver.eigenvalues();
+    const double change = ((values - last).head(count).cwiseAbs().array() /
+                           values.head(count).cwiseAbs().array().max(1e-12))
+                              .maxCoeff();
+    last = values;
+    if (change < kConverged) {
+      std::vector<Mode> modes;
+      for (int k = 0; k < count; ++k) {
+        VectorX shape = x.col(k);
+        Eigen::Index largest;
+        shape.cwiseAbs().maxCoeff(&largest);
+        if (shape(largest) < 0) shape = -shape;
+        modes.push_back({std::sqrt(std::max(values(k) - shift * shift, 0.0)), std::move(shape)});
+      }
+      return modes;
+    }
+  }
+  throw std::runtime_error("vibration modes: the iteration did not converge");
+}
+
+}  // namespace mantle::model

@@ -1,0 +1,282 @@
+#include "model/simulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "model/mantle_loads.h"
+#include "model/modes.h"
+#include "model/observation.h"
+
+namespace mantle::model {
+namespace {
+
+constexpr double kSameTime_s = 1e-12;
+constexpr double kRecovery = 2.0;  // growth of a reduced step per success
+// Powers smaller than this share of the largest of the run are not judged: their balance is round-off
+// of the stresses.
+constexpr double kNegligiblePower = 1e-6;
+
+// Velocity of the first bending mode of a clamped arm, scaled to the asked tip speed.
+void AddModeVelocity(const Plant& plant, PlantState* state) {
+  for (std::size_t a = 0; a < plant.robot.arms.size(); ++a) {
+    const double speed = plant.robot.arms[a].initial_mode1_tip_speed_m_s;
+    if (speed == 0.0) continue;
+    Robot alone;
+    alone.name = plant.robot.name;
+    alone.root = ClampedRoot{};
+    alone.water = plant.robot.water;
+    alone.effects.added_mass = plant.robot.effects.added_mass;
+    alone.arms = {plant.robot.arms[a]};
+    alone.arms[0].mount = Pose::Identity();
+    const Plant rod(alone);
+    // The two bending modes of a round section coincide: take their combination along base y.
+    const std::vector<Mode> modes = VibrationModes(rod, InitialState(rod), 2);
+    const int n = rod.rods[0].element_count();
+    const Eigen::Quaterniond tip = rod.rods[0].reference[n].rotation;
+    const int at = rod.ArmVelocity(0, n);
+    Eigen::Matrix2d tips;
+    for (int k = 0; k < 2; ++k) {
+      tips.col(k) = (tip * Vector3(modes[k].shape.segment<3>(at + 3))).tail<2>();
+    }
+    Eigen::Vector2d c = tips.fullPivLu().solve(Eigen::Vector2d(speed, 0.0));
+    if (!c.allFinite()) c = Eigen::Vector2d(speed / tips(0, 0), 0.0);
+    const int arm = static_cast<int>(a);
+    for (int i = 1; i <= n; ++i) {
+      for (int k = 0; k < 2; ++k) {
+        state->velocity.segment<6>(plant.ArmVelocity(arm, i)) +=
+            c(k) * modes[k].shape.segment<6>(rod.ArmVelocity(0, i));
+      }
+    }
+  }
+}
+
+}  // namespace
+
+Simulation::Simulation(const Plant& plant, const RunSettings& settings)
+    : plant_(plant),
+      settings_(settings),
+      state_(InitialState(plant)),
+      energy_(plant),
+      probe_(plant),
+      work_(plant),
+      acceleration_(VectorX::Zero(plant.velocity_size())),
+      gradient_(plant.shape_count(), Vector3::Zero()),
+      step_cap_s_(settings.step_s) {
+  if (settings.stepper.integrator == Integrator::kRk4) {
+    const double limit = ExplicitStepLimit(plant);
+    if (settings.step_s > limit) {
+      throw BadRobot(fmt::format("time.step = {:.6g} s: explicit RK4 is stable up to about {:.3g} s "
+                                 "for this robot; use a smaller step or an implicit integrator",
+                                 settings.step_s, limit));
+    }
+  }
+  AddModeVelocity(plant, &state_);
+  stepper_ = MakeStepper(plant, settings.stepper);
+  EvaluateInputs(plant_, 0.0, false, &inputs_);
+  if (settings_.stepper.input_hook) settings_.stepper.input_hook(0.0, false, &inputs_);
+  if (const EvaluationFailure failure = EvaluateForces(plant_, state_, inputs_, &work_)) {
+    throw BadRobot("initial state: " + failure.Message());
+  }
+  account_.initial_energy_j = EvaluateEnergies(plant_, state_, work_).total();
+  account_.peak_energy_j = account_.initial_energy_j;
+}
+
+StepCounters Simulation::counters() const {
+  StepCounters c = stepper_->counters();
+  c.steps += before_resume_.steps;
+  c.rejected += before_resume_.rejected;
+  c.newton_iterations += before_resume_.newton_iterations;
+  c.factorisations += before_resume_.factorisations;
+  c.evaluations += before_resume_.evaluations;
+  return c;
+}
+
+StepStatus Simulation::CheckRunaway() const {
+  if (!plant_.robot.effects.jet_thrust) return {};
+  const JetThrust& jet = *plant_.robot.effects.jet_thrust;
+  ShellVolumeGradient(state_.shape, &gradient_);
+  double flux = 0;
+  for (int j = 0; j < plant_.shape_count(); ++j) {
+    Vector3 v = state_.velocity.segment<3>(plant_.ShellVelocity(j));
+    if (jet.flux == FluxReading::kRadial) v(1) = 0;
+    flux += gradient_[j].dot(v);
+  }
+  const double thrust =
+      EvaluateJet(*plant_.robot.mantle, plant_.robot.water.density_kg_m3, flux).thrust_n;
+  if (std::abs(thrust) <= jet.runaway_n) return {};
+  return {false, fmt::format("jet_thrust ran away at t = {:.6g} s: thrust {:.4g} N, bound "
+                             "jet_thrust.runaway = {:.4g} N (a rising lip shrinks the volume, which "
+                             "raises the thrust: flux = \"radial\" or place = \"dome\" removes that)",
+                             state_.time_s, thrust, jet.runaway_n)};
+}
+
+StepStatus Simulation::TakeStep(double limit_s) {
+  const double next = std::min(limit_s, NextBreakpoint(plant_, state_.time_s));
+  const bool adaptive = settings_.stepper.integrator == Integrator::kCvode;
+  StepStatus status;
+  for (;;) {
+    const double remaining = next - state_.time_s;
+    const double count = adaptive ? 1.0 : std::ceil(remaining / step_cap_s_ - 1e-9);
+    const double h = remaining / std::max(count, 1.0);
+    status = stepper_->Step(h, &state_, settings_.account_energy ? &energy_ : nullptr);
+    if (status.ok) {
+      if (count <= 1.0) {
+        state_.time_s = next;
+        if (adaptive && next < limit_s) stepper_->Restart();
+      }
+      step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
+      if (settings_.account_energy) AccountStep(h);
+      return CheckRunaway();
+    }
+    if (adaptive || 0.5 * h < settings_.min_step_s) {
+      status.reason = fmt::format("t = {:.6g} s: {}", state_.time_s, status.reason);
+      return status;
+    }
+    step_cap_s_ = 0.5 * h;
+  }
+}
+
+StepStatus Simulation::AdvanceTo(double t_s) {
+  while (state_.time_s < t_s - kSameTime_s) {
+    if (StepStatus status = TakeStep(t_s); !status.ok) return status;
+  }
+  return {};
+}
+
+void Simulation::AccountStep(double h) {
+  const VectorX& a = stepper_->acceleration();
+  const Integrator kind = settings_.stepper.integrator;
+  const EnergyAccount* powers = &energy_;
+  // The last stage of the implicit methods is the end of the step; the others are evaluated here.
+  EvaluateInputs(plant_, state_.time_s, true, &inputs_);
+  if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, true, &inputs_);
+  if (EvaluateForces(plant_, state_, inputs_, &work_)) return;
+  if (kind == Integrator::kRk4 || kind == Integrator::kCvode) {
+    probe_.EvaluatePowers(plant_, state_, inputs_, work_, a);
+    powers = &probe_;
+  }
+  const double output = LockedPower(plant_, state_, work_, a.head<6>());
+  const double input = std::max(powers->stress_power_arms_w(), 0.0) +
+                       std::max(powers->stress_power_mantle_w(), 0.0);
+  account_.time_s += h;
+  account_.output_j += h * output;
+  account_.positive_output_j += h * std::max(output, 0.0);
+  account_.input_j += h * input;
+  if (input > 0.0) {
+    account_.ratio_time_s += h;
+    account_.ratio_s += h * output / input;
+    account_.positive_ratio_s += h * std::max(output, 0.0) / input;
+  }
+  account_.peak_energy_j =
+      std::max(account_.peak_energy_j, EvaluateEnergies(plant_, state_, work_).total());
+}
+
+Sample Simulation::Observe() {
+  EvaluateInputs(plant_, state_.time_s, false, &inputs_);
+  if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, false, &inputs_);
+  EvaluateForces(plant_, state_, inputs_, &work_);
+  SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+  probe_.EvaluatePowers(plant_, state_, inputs_, work_, acceleration_);
+  const EnergyAccount::Balance balance =
+      probe_.EvaluateBalance(plant_, state_, work_, acceleration_);
+  account_.worst_scale_w = std::max(account_.worst_scale_w, balance.scale_w);
+  Sample s;
+  if (plant_.exact() && balance.scale_w > kNegligiblePower * account_.worst_scale_w) {
+    s.power_balance_residual = std::abs(balance.residual_w) / balance.scale_w;
+    account_.worst_balance = std::max(account_.worst_balance, s.power_balance_residual);
+  }
+  const Vector3 current = plant_.robot.effects.current_m_s.value_or(Vector3::Zero());
+  const Vector3 drift = current * state_.time_s;
+  const auto pose = [&](Pose g) {
+    g.position += drift;
+    return g;
+  };
+  const auto twist = [&](Vector6 eta, const Pose& g) {
+    eta.tail<3>() += g.rotation.conjugate() * current;
+    return eta;
+  };
+  s.time_s = state_.time_s;
+  s.root = pose(state_.pose[0]);
+  s.root_twist = twist(state_.velocity.head<6>(), state_.pose[0]);
+  s.root_acceleration = acceleration_.head<6>();
+  for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
+    const int n = plant_.rods[a].element_count();
+    const Pose tip = AbsolutePose(plant_, state_, a, n);
+    s.tips.push_back(pose(tip));
+    s.tip_twists.push_back(twist(AbsoluteTwist(plant_, state_, a, n), tip));
+  }
+  const SolidMotion solid = EvaluateSolidMotion(plant_, state_);
+  s.centre_of_mass_m = solid.centre_m + drift;
+  s.momentum = EvaluateMomentum(plant_, state_, work_);
+  s.energies = EvaluateEnergies(plant_, state_, work_);
+  s.energies.kinetic_solid_j += current.dot(solid.momentum_kg_m_s) +
+                                0.5 * solid.mass_kg * current.squaredNorm();
+  s.volume_m3 = work_.volume_m3;
+  s.volume_rate_m3_s = work_.volume_rate_m3_s;
+  s.thrust_n = work_.thrust_n;
+  s.cable_length_m = work_.cable_length_m;
+  s.cable_rate_m_s = work_.cable_rate_m_s;
+  s.cable_tension_n = work_.cable_tension_n;
+  s.index_output_w = LockedPower(plant_, state_, work_, acceleration_.head<6>());
+  s.index_input_w = std::max(probe_.stress_power_arms_w(), 0.0) +
+                    std::max(probe_.stress_power_mantle_w(), 0.0);
+  return s;
+}
+
+RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
+  RunResult result;
+  Sample sample = Observe();
+  bool go = state_.time_s > 0.0 || !observer || observer(sample);
+  const bool every_step = settings_.output_interval_s <= settings_.step_s;
+  StepStatus status;
+  while (go && status.ok && state_.time_s < settings_.duration_s - kSameTime_s) {
+    const double interval = settings_.output_interval_s;
+    const double due = (std::floor(state_.time_s / interval + 1e-9) + 1.0) * interval;
+    const double target = std::min(due, settings_.duration_s);
+    status = every_step && settings_.stepper.integrator != Integrator::kCvode
+                 ? TakeStep(settings_.duration_s)
+                 : AdvanceTo(target);
+    if (!status.ok) break;
+    sample = Observe();
+    if (observer) go = observer(sample);
+  }
+  result.ok = status.ok;
+  result.reason = status.reason;
+  result.sim_time_s = state_.time_s;
+  result.counters = counters();
+  result.last = Observe();
+  result.balance_defined = plant_.exact();
+  result.power_balance_residual = account_.worst_balance;
+  result.work_names = energy_.names();
+  result.work_j = energy_.work_j();
+  result.dissipated_j = energy_.dissipated_j();
+  double gained = -energy_.dissipated_j(), turned = energy_.dissipated_j();
+  for (double w : energy_.work_j()) {
+    gained += w;
+    turned += std::abs(w);
+  }
+  const double end = EvaluateEnergies(plant_, state_, work_).total();
+  const double scale = std::max(account_.peak_energy_j, turned);
+  if (scale > 0.0) {
+    result.energy_drift = std::abs(end - account_.initial_energy_j - gained) / scale;
+  }
+  EnergeticIndex& index = result.index;
+  if (account_.ratio_time_s > 0) {
+    index.mean_of_ratio = account_.ratio_s / account_.ratio_time_s;
+    index.positive_mean_of_ratio = account_.positive_ratio_s / account_.ratio_time_s;
+  }
+  if (account_.input_j > 0) {
+    index.ratio_of_means = account_.output_j / account_.input_j;
+    index.positive_ratio_of_means = account_.positive_output_j / account_.input_j;
+  }
+  if (account_.time_s > 0) {
+    index.mean_output_w = account_.output_j / account_.time_s;
+    index.mean_input_w = account_.input_j / account_.time_s;
+  }
+  return result;
+}
+
+}  // namespace mantle::model
