@@ -78,11 +78,10 @@ TEST(Lie, ExpOfLongRotationVectorsStaysAccurate) {
   for (double angle : {kPi, 3.5, 2.0 * kPi, 9.0, 31.0}) {
     const Vector3 axis = random.Direction();
     const Matrix3 r = ExpSO3(angle * axis).toRotationMatrix();
-    const Matrix3 reference =
-        Eigen::AngleAxis<long double>(angle * axis.cast<long double>().norm(),
-                                      axis.cast<long double>().normalized())
-            .toRotationMatrix()
-            .cast<double>();
+    const Matrix3 reference = Eigen::AngleAxis<long double>(angle * axis.cast<long double>().norm(),
+                                                            axis.cast<long double>().normalized())
+                                  .toRotationMatrix()
+                                  .cast<double>();
     EXPECT_LT((r - reference).norm(), 31.0 * 1e-15) << angle;
   }
 }

@@ -53,7 +53,8 @@ TEST(Meridian, NodesLieOnPieceEndsStripsAndStations) {
       const std::vector<double> x = MeridianNodes(m);
       ASSERT_EQ(static_cast<int>(x.size()), elements + 1);
       for (double at : {0.0, 0.025, 0.044, 0.105, 0.130}) {
-        EXPECT_TRUE(std::any_of(x.begin(), x.end(), [&](double y) { return std::abs(y - at) < kRoundOff; }))
+        EXPECT_TRUE(
+            std::any_of(x.begin(), x.end(), [&](double y) { return std::abs(y - at) < kRoundOff; }))
             << at << " with " << elements << " elements, grading " << grading;
       }
       for (std::size_t i = 1; i < x.size(); ++i) EXPECT_GT(x[i], x[i - 1]);

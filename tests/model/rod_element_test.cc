@@ -12,8 +12,8 @@ namespace {
 
 using tests::RandomValues;
 
-constexpr double kRoundOff = 1e-13;     // relative, a few hundred operations
-constexpr double kDifferences = 1e-9;   // fourth-order differences, step 1e-3 of the scale
+constexpr double kRoundOff = 1e-13;    // relative, a few hundred operations
+constexpr double kDifferences = 1e-9;  // fourth-order differences, step 1e-3 of the scale
 
 RodElement TypicalElement(bool viscous) {
   RodElement e;
@@ -49,7 +49,8 @@ TEST(RodElement, ForcesDoMinusTheStressPower) {
     Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
     AddRodElementForces(s, sigma, &f1, &f2);
     const double scale = f1.norm() * c.eta1.norm() + f2.norm() * c.eta2.norm();
-    EXPECT_NEAR(f1.dot(c.eta1) + f2.dot(c.eta2), -sigma.dot(s.d_dot), kRoundOff * scale) << rotation;
+    EXPECT_NEAR(f1.dot(c.eta1) + f2.dot(c.eta2), -sigma.dot(s.d_dot), kRoundOff * scale)
+        << rotation;
   }
 }
 
@@ -59,12 +60,11 @@ TEST(RodElement, StrainRateIsTheDerivativeOfStrain) {
     const Case c = RandomCase(&random, rotation);
     RodElementState s;
     ASSERT_TRUE(EvaluateRodElement(c.g1, c.g2, c.eta1, c.eta2, &s));
-    const auto strain = [&](const Eigen::VectorXd& t) -> Eigen::VectorXd {
-      return LogSE3(Inverse(c.g1 * ExpSE3(t(0) * c.eta1)) * (c.g2 * ExpSE3(t(0) * c.eta2)));
+    const auto strain = [&](double t) -> Vector6 {
+      return LogSE3(Inverse(c.g1 * ExpSE3(t * c.eta1)) * (c.g2 * ExpSE3(t * c.eta2)));
     };
-    const Eigen::MatrixXd numeric = tests::DifferenceJacobian(
-        strain, Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, 1e-3));
-    EXPECT_TRUE(tests::JacobianMatches(s.d_dot, numeric, kDifferences)) << rotation;
+    EXPECT_TRUE(tests::JacobianMatches(s.d_dot, tests::DifferenceRate(strain, 1e-3), kDifferences))
+        << rotation;
   }
 }
 
@@ -124,9 +124,10 @@ TEST(RodElement, RefusesAnElementThatTurnsTooFar) {
   EXPECT_FALSE(EvaluateRodElement(Pose(), broken, zero, zero, &s));
 }
 
-// -(df/dzeta + s df/deta) against differences, with or without viscosity and a stress that depends on
-// d as a cable's does.
-void ExpectTangentsMatchDifferences(bool viscous, bool cable, double damping_scale, double rotation) {
+// -(df/dzeta + s df/deta) against differences, with or without viscosity and a stress that depends
+// on d as a cable's does.
+void ExpectTangentsMatchDifferences(bool viscous, bool cable, double damping_scale,
+                                    double rotation) {
   RandomValues random(5);
   const RodElement e = TypicalElement(viscous);
   const Case c = RandomCase(&random, rotation);

@@ -40,7 +40,8 @@ TEST(Rod, TaperedArmHasItsMassAndFirstMoment) {
   EXPECT_NEAR(polar, 1022.0 * 0.5 * kPi * 0.42 * r5, kRoundOff);
   // Lumping keeps the first moment about the base: sum of m_i x_i at the nodes.
   double at_nodes = 0;
-  for (std::size_t i = 0; i < rod.nodes.size(); ++i) at_nodes += rod.nodes[i].inertia(5) * rod.x_m[i];
+  for (std::size_t i = 0; i < rod.nodes.size(); ++i)
+    at_nodes += rod.nodes[i].inertia(5) * rod.x_m[i];
   EXPECT_NEAR(at_nodes, 1022.0 * volume * centroid, kRoundOff);
 }
 
@@ -174,8 +175,8 @@ Vector6 SmoothStrain(double x) {
   return xi;
 }
 
-// Arc length of the cable's path on a rod of strain SmoothStrain, by quadrature of the path's points:
-// chords between positions computed from finely integrated poses (no cable formula enters).
+// Arc length of the cable's path on a rod of strain SmoothStrain, by quadrature of the path's
+// points: chords between positions computed from finely integrated poses (no cable formula enters).
 double PathLengthByChords(const Arm& arm, const ArmCable& cable) {
   constexpr int kSteps = 40000;
   Pose g;
@@ -184,7 +185,8 @@ double PathLengthByChords(const Arm& arm, const ArmCable& cable) {
   for (int i = 0; i <= kSteps; ++i) {
     const double x = cable.end_m * i / kSteps;
     const double angle = cable.angle_rad + 2 * kPi * cable.turns * x / arm.length_m;
-    const double radius = arm.radius_base_m + (arm.radius_tip_m - arm.radius_base_m) * x / arm.length_m;
+    const double radius =
+        arm.radius_base_m + (arm.radius_tip_m - arm.radius_base_m) * x / arm.length_m;
     const Vector3 offset = cable.fraction * radius * Vector3(0, std::cos(angle), std::sin(angle));
     const Vector3 point = g.position + g.rotation * offset;
     if (i > 0) length += (point - previous).norm();
@@ -245,8 +247,8 @@ TEST(RodCable, GradientAndHessianMatchDifferences) {
     Vector6 gradient;
     Matrix6 hessian;
     CablePieceLength(piece, e, d, &gradient, &hessian);
-    const auto length = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
-      return Eigen::VectorXd::Constant(1, CablePieceLength(piece, e, x, nullptr, nullptr));
+    const auto length = [&](const Eigen::VectorXd& x) {
+      return CablePieceLength(piece, e, x, nullptr, nullptr);
     };
     const auto slope = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
       Vector6 g;
@@ -257,8 +259,8 @@ TEST(RodCable, GradientAndHessianMatchDifferences) {
     step << 1e-3, 1e-3, 1e-3, 2e-5, 2e-5, 2e-5;
     EXPECT_TRUE(tests::JacobianMatches(gradient.transpose(),
                                        tests::DifferenceJacobian(length, d, step), kDifferences));
-    EXPECT_TRUE(tests::JacobianMatches(hessian, tests::DifferenceJacobian(slope, d, step),
-                                       kDifferences));
+    EXPECT_TRUE(
+        tests::JacobianMatches(hessian, tests::DifferenceJacobian(slope, d, step), kDifferences));
     // [physics.md] 2: resultant u [d x t; t], t the unit tangent
     EXPECT_NEAR(gradient.tail<3>().norm(), piece.share, kRoundOff);
     EXPECT_LT((gradient.head<3>() - piece.offset_m.cross(gradient.tail<3>())).norm(), kRoundOff);

@@ -43,10 +43,10 @@ std::vector<Vector3> Nodes(const Eigen::VectorXd& flat) {
 TEST(Shell, PaperMantleHasItsAreaMassAndWater) {
   const Shell shell = Make(PaperMantle(128));
   EXPECT_NEAR(shell.area_m2, 0.022720, 5e-7);  // erratum 16
-  const double exact = 2 * kPi * kMantleRadius *
-                       (kMantleRadius * (std::cos(kApexAngle) -
-                                         std::cos(kApexAngle + 0.044 / kMantleRadius)) +
-                        0.086);
+  const double exact =
+      2 * kPi * kMantleRadius *
+      (kMantleRadius * (std::cos(kApexAngle) - std::cos(kApexAngle + 0.044 / kMantleRadius)) +
+       0.086);
   EXPECT_NEAR(shell.area_m2, exact, 1e-9);  // three Gauss points per element on the dome
   EXPECT_NEAR(shell.mass_kg, 0.046, 0.0005);
   double area = 0, mass = 0;
@@ -59,8 +59,8 @@ TEST(Shell, PaperMantleHasItsAreaMassAndWater) {
   // Water in the cavity without the cone: hemisphere less the cap of the hole, and cylinder.
   const double c = std::cos(kApexAngle);
   const double cap = kPi * std::pow(kMantleRadius, 3) * (2.0 / 3.0 - c + c * c * c / 3.0);
-  const double cavity =
-      kPi * kMantleRadius * kMantleRadius * 0.086 + 2.0 / 3.0 * kPi * std::pow(kMantleRadius, 3) - cap;
+  const double cavity = kPi * kMantleRadius * kMantleRadius * 0.086 +
+                        2.0 / 3.0 * kPi * std::pow(kMantleRadius, 3) - cap;
   const double water = (shell.rest_volume_m3 - RigidVolume(tests::PaperCone())) * 1e6;
   EXPECT_NEAR(shell.rest_volume_m3, cavity, 1e-4 * cavity);  // chords of the dome
   EXPECT_NEAR(water, 296.0, 1.0) << "mL";                    // [physics.md] 1
@@ -104,15 +104,13 @@ TEST(Shell, VolumeGradientsMatchDifferences) {
   const Eigen::VectorXd x = Flat(q), step = Eigen::VectorXd::Constant(x.size(), 1e-5);
   std::vector<Vector3> gradient(q.size());
   ShellVolumeGradient(q, &gradient);
-  const auto volume = [&](const Eigen::VectorXd& y) -> Eigen::VectorXd {
-    return Eigen::VectorXd::Constant(1, ShellVolume(Nodes(y)));
-  };
-  // a row of very unlike entries (apex and lip): absolute floor at 1e-12 of the cylinder's 2 pi r z'
-  EXPECT_TRUE(tests::JacobianMatches(Flat(gradient).transpose(),
-                                     tests::DifferenceJacobian(volume, x, step), kDifferences,
-                                     1e-12));
+  const auto volume = [&](const Eigen::VectorXd& y) { return ShellVolume(Nodes(y)); };
+  // a row of very unlike entries (apex and lip): absolute floor at 1e-12 of the cylinder's 2 pi r
+  // z'
+  EXPECT_TRUE(tests::JacobianMatches(
+      Flat(gradient).transpose(), tests::DifferenceJacobian(volume, x, step), kDifferences, 1e-12));
   // Wall volume: integral of 2 pi r r' z dX, here by Simpson per element.
-  const auto wall = [&](const Eigen::VectorXd& y) -> Eigen::VectorXd {
+  const auto wall = [&](const Eigen::VectorXd& y) {
     const std::vector<Vector3> p = Nodes(y);
     double sum = 0;
     for (std::size_t i = 0; i + 1 < p.size(); ++i) {
@@ -121,11 +119,11 @@ TEST(Shell, VolumeGradientsMatchDifferences) {
       const double mid = 0.25 * (p[i](0) + p[i + 1](0)) * (p[i](1) + p[i + 1](1));
       sum += 2 * kPi * dr * (rz0 + 4 * mid + rz1) / 6.0;
     }
-    return Eigen::VectorXd::Constant(1, sum);
+    return sum;
   };
   ShellWallVolumeGradient(q, &gradient);
-  EXPECT_TRUE(tests::JacobianMatches(Flat(gradient).transpose(),
-                                     tests::DifferenceJacobian(wall, x, step), kDifferences, 1e-12));
+  EXPECT_TRUE(tests::JacobianMatches(
+      Flat(gradient).transpose(), tests::DifferenceJacobian(wall, x, step), kDifferences, 1e-12));
 }
 
 TEST(Shell, ReferenceShapeIsInEquilibrium) {
@@ -175,7 +173,8 @@ TEST(Shell, SpokesMakeThePressureOfPhysics) {  // n = 8: 521 Pa/N
   EXPECT_NEAR(8.0 / shell.spokes[0].strip.total_m2, 521.0, 0.5);
   // mean of r over the strip's area: integral of r dA / A, on sphere and cylinder
   const double a = kApexAngle + 0.025 / kMantleRadius, b = kPi / 2, r = kMantleRadius;
-  const double sphere = 2 * kPi * r * r * r * (0.5 * (b - a) - 0.25 * (std::sin(2 * b) - std::sin(2 * a)));
+  const double sphere =
+      2 * kPi * r * r * r * (0.5 * (b - a) - 0.25 * (std::sin(2 * b) - std::sin(2 * a)));
   const double cylinder = 2 * kPi * r * r * 0.061;
   const double area = 2 * kPi * r * r * (std::cos(a) - std::cos(b)) + 2 * kPi * r * 0.061;
   EXPECT_NEAR(shell.spokes[0].rest_length_m, 8 * (sphere + cylinder) / area, 1e-4 * 0.25);

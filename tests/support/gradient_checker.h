@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <type_traits>
 
 /// Compares an analytic Jacobian with differences and prints the entries that are wrong.
 ///
@@ -16,21 +17,34 @@
 
 namespace mantle::tests {
 
-/// Jacobian of f (VectorX -> VectorX) by fourth-order central differences with steps h.
+/// d/dt of f(t) at t = 0 with step h; f returns a number or a vector.
+template <typename Function>
+auto DifferenceRate(const Function& f, double h) {
+  using Value = decltype(f(0.0));
+  const Value first = f(h) - f(-h);
+  const Value second = f(2.0 * h) - f(-2.0 * h);
+  return Value((8.0 * first - second) / (12.0 * h));
+}
+
+/// Jacobian of f (VectorX to a vector, or to a number) with steps h per coordinate.
 template <typename Function>
 Eigen::MatrixXd DifferenceJacobian(const Function& f, const Eigen::VectorXd& x,
                                    const Eigen::VectorXd& h) {
   Eigen::MatrixXd jacobian;
   for (int j = 0; j < x.size(); ++j) {
-    const auto at = [&](double steps) -> Eigen::VectorXd {
+    const auto along = [&](double t) {
       Eigen::VectorXd y = x;
-      y(j) += steps * h(j);
+      y(j) += t;
       return f(y);
     };
-    const Eigen::VectorXd column =
-        (8.0 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12.0 * h(j));
-    if (j == 0) jacobian.resize(column.size(), x.size());
-    jacobian.col(j) = column;
+    if constexpr (std::is_same_v<decltype(along(0.0)), double>) {
+      if (j == 0) jacobian.resize(1, x.size());
+      jacobian(0, j) = DifferenceRate(along, h(j));
+    } else {
+      const Eigen::VectorXd column = DifferenceRate(along, h(j));
+      if (j == 0) jacobian.resize(column.size(), x.size());
+      jacobian.col(j) = column;
+    }
   }
   return jacobian;
 }
@@ -58,8 +72,8 @@ inline testing::AssertionResult JacobianMatches(const Eigen::MatrixXd& analytic,
       if (error <= tolerance * scale + floor) continue;  // NaN fails
       worst = std::max(worst, error / std::max(scale, 1e-300));
       if (++wrong <= kPrinted) {
-        text += fmt::format("\n  ({}, {}): analytic {:.12g}, differences {:.12g}, scale {:.3g}", i, j,
-                            analytic(i, j), numeric(i, j), scale);
+        text += fmt::format("\n  ({}, {}): analytic {:.12g}, differences {:.12g}, scale {:.3g}", i,
+                            j, analytic(i, j), numeric(i, j), scale);
       }
     }
   }

@@ -7,8 +7,9 @@
 
 /// Reference values of exponentials and tangent operators by plain matrix power series in extended
 /// precision. Shares neither formula nor series switch with model/lie: every operator of SE(3) is
-/// sum_k a_k A^k of the 4x4 matrix d^ or of the 6x6 matrix ad_d, and its directional derivative is the
-/// upper right block of the same series on [A B; 0 A] (Higham, Functions of Matrices, eq. 3.16).
+/// sum_k a_k A^k of the 4x4 matrix d^ or of the 6x6 matrix ad_d, and its directional derivative is
+/// the upper right block of the same series on [A B; 0 A] (Higham, Functions of Matrices,
+/// eq. 3.16).
 
 namespace mantle::tests {
 
@@ -113,8 +114,8 @@ inline Eigen::Quaterniond QuaternionOf(const LongMatrix& r) {
           static_cast<double>(sign * q[2]), static_cast<double>(sign * q[3])};
 }
 
-/// Largest error of the 3x3 blocks of `value`, each relative to the norm of that block of `reference`
-/// (absolute where that block is zero).
+/// Largest error of the 3x3 blocks of `value`, each relative to the norm of that block of
+/// `reference` (absolute where that block is zero).
 template <typename Matrix>
 double BlockError(const Matrix& value, const LongMatrix& reference) {
   long double worst = 0.0L;
