@@ -5,8 +5,9 @@
 #include <span>
 #include <vector>
 
-/// O(N) direct solver for block-tridiagonal matrices, eliminated from the last block to the first, so
-/// that what remains at block 0 is the Schur complement on the end that joins the rest of a robot.
+/// O(N) direct solver for block-tridiagonal matrices, eliminated from the last block to the first,
+/// so that what remains at block 0 is the Schur complement on the end that joins the rest of a
+/// robot.
 ///
 ///   A_ii' = A_ii - A_i,i+1 W_i+1,   W_i = A_ii'^-1 A_i,i-1
 
@@ -57,8 +58,8 @@ class BlockTridiagonal {
     }
   }
 
-  /// Second half: x_i = y_i - W_i x_i-1 for i = first ..., with x_first-1 already in place (taken as
-  /// zero where first = 0).
+  /// Second half: x_i = y_i - W_i x_i-1 for i = first ..., with x_first-1 already in place (taken
+  /// as zero where first = 0).
   template <typename Vec>
   void Substitute(int first, Vec&& b) const {
     for (int i = first; i < size(); ++i) {

@@ -12,9 +12,9 @@
 #include "model/stepper.h"
 
 /// SUNDIALS CVODE (variable-order BDF, error-controlled) on the semi-discrete equations, as the
-/// accuracy reference. State vector: per pose a quaternion (w, x, y, z) and a position, then the shape,
-/// then v, then the works of all loads as quadratures (not in the error test). Krylov linear solver,
-/// preconditioned by the same O(N) matrix as the implicit steps.
+/// accuracy reference. State vector: per pose a quaternion (w, x, y, z) and a position, then the
+/// shape, then v, then the works of all loads as quadratures (not in the error test). Krylov linear
+/// solver, preconditioned by the same O(N) matrix as the implicit steps.
 ///
 /// Preconditioner: with delta q ~ zeta (body increments) the system (I - gamma J) dy = r reads
 ///   zeta - gamma delta_eta = r_zeta,  M delta_eta - gamma (K zeta + D delta_eta) = M r_eta,
@@ -48,7 +48,8 @@ class CvodeStepper final : public Stepper {
     acceleration_.setZero(plant.velocity_size());
     increment_.setZero(plant.velocity_size());
     image_.setZero(plant.velocity_size());
-    if (SUNContext_Create(nullptr, &context_) != 0) throw std::runtime_error("SUNDIALS: no context");
+    if (SUNContext_Create(nullptr, &context_) != 0)
+      throw std::runtime_error("SUNDIALS: no context");
     y_ = N_VNew_Serial(size_, context_);
     tolerance_ = N_VNew_Serial(size_, context_);
     memory_ = CVodeCreate(CV_BDF, context_);
@@ -225,7 +226,8 @@ class CvodeStepper final : public Stepper {
     for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
       const int i = pose - plant_.ArmPose(a, 0);
       if (i > plant_.rods[a].element_count()) continue;
-      return i == 0 ? work_.twist[a][0] : Vector6(state_.velocity.segment<6>(plant_.ArmVelocity(a, i)));
+      return i == 0 ? work_.twist[a][0]
+                    : Vector6(state_.velocity.segment<6>(plant_.ArmVelocity(a, i)));
     }
     return Vector6::Zero();
   }
@@ -240,7 +242,8 @@ class CvodeStepper final : public Stepper {
     if (!Evaluate(t, &jacobian_state_, &jacobian_work_)) return 1;
     jacobian_inputs_ = inputs_;
     ++counters_.factorisations;
-    return matrix_.Factor(plant_, jacobian_state_, inputs_, jacobian_work_, 1.0 / gamma, 0.0) ? 0 : 1;
+    return matrix_.Factor(plant_, jacobian_state_, inputs_, jacobian_work_, 1.0 / gamma, 0.0) ? 0
+                                                                                              : 1;
   }
 
   static int Solve(double, N_Vector, N_Vector, N_Vector r, N_Vector z, double gamma, double, int,
@@ -262,7 +265,8 @@ class CvodeStepper final : public Stepper {
     };
     ForEachPose(zeta_of);
     const int shape = 3 * plant_.shape_count();
-    for (int i = 0; i < shape; ++i) increment_(plant_.velocity_size() - shape + i) = r[shape_at_ + i];
+    for (int i = 0; i < shape; ++i)
+      increment_(plant_.velocity_size() - shape + i) = r[shape_at_ + i];
     // M r_eta + gamma K r_zeta
     const Eigen::Map<const VectorX> r_eta(r + velocity_at_, plant_.velocity_size());
     velocity_ = r_eta;
@@ -296,7 +300,8 @@ class CvodeStepper final : public Stepper {
       for (int k = 0; k < 3; ++k) out[4 + k] = v(k);
     };
     ForEachPose(unmap);
-    for (int i = 0; i < shape; ++i) z[shape_at_ + i] = increment_(plant_.velocity_size() - shape + i);
+    for (int i = 0; i < shape; ++i)
+      z[shape_at_ + i] = increment_(plant_.velocity_size() - shape + i);
     return 0;
   }
 

@@ -84,14 +84,17 @@ EnergyAccount::EnergyAccount(const Plant& plant) : scratch_(VectorX::Zero(plant.
   if (effects.buoyancy) names_.push_back(kBuoyancy);
   for (const Rod& rod : plant.rods) {
     if (effects.drag) names_.push_back("drag." + rod.name);
-    for (const auto& d : rod.distributed) names_.push_back("distributed." + rod.name + "." + d.name);
+    for (const auto& d : rod.distributed)
+      names_.push_back("distributed." + rod.name + "." + d.name);
     for (const auto& p : rod.points) names_.push_back("point." + rod.name + "." + p.load.name);
     for (const auto& c : rod.cables) names_.push_back("cable." + rod.name + "." + c.name);
   }
   if (plant.shell) {
     const std::string& name = plant.shell->name;
-    for (const auto& s : plant.shell->strips) names_.push_back("strip." + name + "." + s.strip.name);
-    for (const auto& s : plant.shell->spokes) names_.push_back("cable." + name + "." + s.strip.name);
+    for (const auto& s : plant.shell->strips)
+      names_.push_back("strip." + name + "." + s.strip.name);
+    for (const auto& s : plant.shell->spokes)
+      names_.push_back("cable." + name + "." + s.strip.name);
     if (effects.normal_pressure) names_.push_back("normal_pressure");
     if (effects.jet_thrust) names_.push_back("jet_thrust");
     if (effects.drag) names_.push_back("drag." + name);
@@ -155,9 +158,10 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
       }
       for (std::size_t k = 0; k < rod.points.size(); ++k) {
         if (rod.points[k].node != i) continue;
-        power_[point_at + k] += WrenchInSection(inputs.points[point + k] * rod.points[k].load.wrench,
-                                                rod.points[k].load.frame, motion.rotation)
-                                    .dot(motion.twist);
+        power_[point_at + k] +=
+            WrenchInSection(inputs.points[point + k] * rod.points[k].load.wrench,
+                            rod.points[k].load.frame, motion.rotation)
+                .dot(motion.twist);
       }
     }
     at = point_at + rod.points.size();
@@ -237,18 +241,17 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
     }
   }
   if (plant.has_gravity() && plant.robot.rigid_body) {
-    const double fall =
-        g_root.dot(root.tail<3>() + root.head<3>().cross(plant.buoyant_centre_m));
+    const double fall = g_root.dot(root.tail<3>() + root.head<3>().cross(plant.buoyant_centre_m));
     std::size_t k = gravity_at;
     if (effects.weight) power_[k++] += RigidMass(*plant.robot.rigid_body) * fall;
     if (effects.buoyancy) power_[k++] -= rho * RigidVolume(*plant.robot.rigid_body) * fall;
   }
   if (effects.roll_drag) power_[at++] = RollDragWrench(*effects.roll_drag, root).dot(root);
   if (effects.rigid_drag) {
-    power_[at++] = plant.robot.rigid_body ? RigidBodyDrag(*plant.robot.rigid_body,
-                                                          *effects.rigid_drag, rho, root)
-                                                .dot(root)
-                                          : 0.0;
+    power_[at++] =
+        plant.robot.rigid_body
+            ? RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag, rho, root).dot(root)
+            : 0.0;
   }
   if (!plant.root_free()) {
     ApplyMass(plant, work, acceleration, &scratch_);
@@ -283,8 +286,8 @@ EnergyAccount::Balance EnergyAccount::EvaluateBalance(const Plant& plant, const 
     kinetic += 0.5 * root.dot(rate * root);
   }
   double sum = kinetic + stress_power_arms_ + stress_power_mantle_ + dissipation_;
-  double scale = std::abs(kinetic) + std::abs(stress_power_arms_) +
-                 std::abs(stress_power_mantle_) + dissipation_;
+  double scale = std::abs(kinetic) + std::abs(stress_power_arms_) + std::abs(stress_power_mantle_) +
+                 dissipation_;
   for (double p : power_) {
     sum -= p;
     scale += std::abs(p);

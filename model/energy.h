@@ -5,20 +5,22 @@
 
 #include "model/plant.h"
 
-/// Energies, powers and works by name, assembled element by element and load by load, independently of
-/// the integrator and of the assembled force vector. The semi-discrete power balance is
+/// Energies, powers and works by name, assembled element by element and load by load, independently
+/// of the integrator and of the assembled force vector. The semi-discrete power balance is
 ///
 ///   dT/dt + dV/dt + dissipation = sum of load powers + constraint power,
 ///   T = 1/2 v^T M v,  dT/dt = v^T M v_dot + 1/2 v^T M_dot v,
 ///
-/// which holds to round-off for exact coupling. Frozen coupling has no such balance ([physics.md] 4).
-/// Powers and kinetic energy are those seen in the frame that moves with the water.
+/// which holds to round-off for exact coupling. Frozen coupling has no such balance ([physics.md]
+/// 4). Powers and kinetic energy are those seen in the frame that moves with the water.
 
 namespace mantle::model {
 
 struct Energies {
   double kinetic_solid_j{0}, kinetic_water_j{0}, elastic_arms_j{0}, elastic_mantle_j{0};
-  double total() const { return kinetic_solid_j + kinetic_water_j + elastic_arms_j + elastic_mantle_j; }
+  double total() const {
+    return kinetic_solid_j + kinetic_water_j + elastic_arms_j + elastic_mantle_j;
+  }
 };
 
 Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work);
@@ -27,8 +29,8 @@ class EnergyAccount {
  public:
   explicit EnergyAccount(const Plant& plant);
 
-  /// Names of loads and cables ("weight", "drag.arm1", "cable.arm1.left", "jet_thrust", ...); what the
-  /// scene does not name is not here.
+  /// Names of loads and cables ("weight", "drag.arm1", "cable.arm1.left", "jet_thrust", ...); what
+  /// the scene does not name is not here.
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<double>& work_j() const { return work_; }
   double dissipated_j() const { return dissipated_; }
@@ -37,8 +39,8 @@ class EnergyAccount {
     dissipated_ = dissipated_j;
   }
 
-  /// Powers [W] of every name at one instant (`work` from EvaluateForces at that state, `acceleration`
-  /// the v_dot there; used for the constraint power of a prescribed root alone).
+  /// Powers [W] of every name at one instant (`work` from EvaluateForces at that state,
+  /// `acceleration` the v_dot there; used for the constraint power of a prescribed root alone).
   void EvaluatePowers(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
                       const PlantWork& work, const VectorX& acceleration);
   const std::vector<double>& power_w() const { return power_; }
@@ -51,8 +53,8 @@ class EnergyAccount {
   void Accumulate(double weight_s);
   void Commit();
 
-  /// dT/dt + dV/dt + dissipation - powers [W] and the sum of the magnitudes, at the instant of the last
-  /// EvaluatePowers, with the semi-discrete acceleration of that state.
+  /// dT/dt + dV/dt + dissipation - powers [W] and the sum of the magnitudes, at the instant of the
+  /// last EvaluatePowers, with the semi-discrete acceleration of that state.
   struct Balance {
     double residual_w, scale_w;
   };

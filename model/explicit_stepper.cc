@@ -8,7 +8,8 @@
 
 #include "model/stepper.h"
 
-/// Classical RK4 in a chart centred at the step's start: Theta_dot = Jr^-1(Theta) v, v_dot = M^-1 f.
+/// Classical RK4 in a chart centred at the step's start: Theta_dot = Jr^-1(Theta) v, v_dot = M^-1
+/// f.
 
 namespace mantle::model {
 namespace {

@@ -7,14 +7,14 @@
 #include "model/newton_matrix.h"
 #include "model/stepper.h"
 
-/// Singly diagonally implicit Runge-Kutta methods in a chart centred at the step's start (Munthe-Kaas):
-/// with g = g_n exp(Theta^) the unknowns (Theta, v) live in a vector space,
+/// Singly diagonally implicit Runge-Kutta methods in a chart centred at the step's start
+/// (Munthe-Kaas): with g = g_n exp(Theta^) the unknowns (Theta, v) live in a vector space,
 ///   Theta_dot = Jr^-1(Theta) v,   M v_dot = f,
 /// so the method keeps its classical order. Stage i with known parts Theta_k, v_k:
 ///   Theta = Theta_k + gamma h Theta_dot,  v = Jr(Theta) (Theta - Theta_k) / (gamma h),
 ///   v_dot = (v - v_k) / (gamma h),        residual M v_dot - f = 0 for Theta,
-/// by simplified Newton iterations with a matrix kept over stages and steps while it contracts well.
-/// All methods are stiffly accurate: the last stage is the step.
+/// by simplified Newton iterations with a matrix kept over stages and steps while it contracts
+/// well. All methods are stiffly accurate: the last stage is the step.
 
 namespace mantle::model {
 namespace {
@@ -52,8 +52,8 @@ Tableau TableauOf(Integrator kind) {
   return t;
 }
 
-// The matrix is refreshed when an iteration contracts worse than this, and the step is given up when
-// it does not contract.
+// The matrix is refreshed when an iteration contracts worse than this, and the step is given up
+// when it does not contract.
 constexpr double kRefreshContraction = 0.05;
 constexpr double kFailContraction = 0.9;
 // Steps whose sizes differ by less share a matrix.
@@ -218,8 +218,7 @@ class ImplicitStepper final : public Stepper {
     for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
       for (int k = 1; k <= plant_.rods[a].element_count(); ++k) {
         const int at = plant_.ArmVelocity(a, k);
-        v.segment<6>(at) =
-            TangentOperatorTimes(theta_.segment<6>(at), theta_rate_.segment<6>(at));
+        v.segment<6>(at) = TangentOperatorTimes(theta_.segment<6>(at), theta_rate_.segment<6>(at));
       }
     }
     const int shape = 3 * plant_.shape_count();

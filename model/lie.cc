@@ -5,41 +5,115 @@
 namespace mantle::model {
 namespace {
 
-// Below this s = |omega|^2 the Taylor series are used (17 terms: truncation under 1e-17 relative);
-// below kTinyLimit six terms do.
+// Below kSeriesLimit in s = |omega|^2 the Taylor series are used, with so many terms that the first
+// one left out is under 1e-17 relative; below the smaller limits fewer terms do.
 constexpr double kSeriesLimit = 2.5;
-constexpr double kTinyLimit = 0.02;
+constexpr double kSmallLimit = 0.05;
+constexpr double kTinyLimit = 1e-3;
 
 // |B_2k| / (2k)! for k = 1..18: Taylor coefficients of c(s) (Abramowitz & Stegun 4.3.70).
-constexpr double kBernoulli[] = {
-    1.0 / 12.0,           1.0 / 720.0,          1.0 / 30240.0,        1.0 / 1209600.0,
-    1.0 / 47900160.0,     691.0 / 1307674368e3, 1.0 / 74724249600.0,  3.3896802963225829e-13,
-    8.5860620562778446e-15, 2.1748686985580619e-16, 5.5090028283602295e-18, 1.3954464685812523e-19,
-    3.5347070396294675e-21, 8.9535174270375469e-23, 2.2679524523376831e-24, 5.7447906688722024e-26,
-    1.4551724756148649e-27, 3.6859949406653102e-29};
+constexpr double kBernoulli[] = {1.0 / 12.0,
+                                 1.0 / 720.0,
+                                 1.0 / 30240.0,
+                                 1.0 / 1209600.0,
+                                 1.0 / 47900160.0,
+                                 691.0 / 1307674368e3,
+                                 1.0 / 74724249600.0,
+                                 3.3896802963225829e-13,
+                                 8.5860620562778446e-15,
+                                 2.1748686985580619e-16,
+                                 5.5090028283602295e-18,
+                                 1.3954464685812523e-19,
+                                 3.5347070396294675e-21,
+                                 8.9535174270375469e-23,
+                                 2.2679524523376831e-24,
+                                 5.7447906688722024e-26,
+                                 1.4551724756148649e-27,
+                                 3.6859949406653102e-29};
 constexpr int kBernoulliTerms = 18;
 
-// sum_k (-s)^k / (2k + offset)!, k < terms.
-double FactorialSeries(double s, int offset, int terms) {
-  double first = 1.0;
-  for (int i = 2; i <= offset; ++i) first *= i;
-  double sum = 1.0;
-  for (int k = terms - 1; k >= 1; --k) {
-    sum = 1.0 - sum * s / ((2.0 * k + offset - 1) * (2.0 * k + offset));
-  }
-  return sum / first;
+// Taylor coefficients in s: cos t, sin(t)/t, (1-cos t)/t^2, (t-sin t)/t^3 (k-th: (-1)^k / (2k+i)!,
+// i = 0 ... 3), and the s-derivatives of the last two.
+constexpr double kCosine[] = {1.0,
+                              -0.5,
+                              0.041666666666666664,
+                              -0.001388888888888889,
+                              2.48015873015873e-05,
+                              -2.755731922398589e-07,
+                              2.08767569878681e-09,
+                              -1.1470745597729725e-11,
+                              4.779477332387385e-14,
+                              -1.5619206968586225e-16,
+                              4.110317623312165e-19,
+                              -8.896791392450574e-22,
+                              1.6117375710961184e-24,
+                              -2.4795962632247976e-27};
+constexpr double kA[] = {1.0,
+                         -0.16666666666666666,
+                         0.008333333333333333,
+                         -0.0001984126984126984,
+                         2.7557319223985893e-06,
+                         -2.505210838544172e-08,
+                         1.6059043836821613e-10,
+                         -7.647163731819816e-13,
+                         2.8114572543455206e-15,
+                         -8.22063524662433e-18,
+                         1.9572941063391263e-20,
+                         -3.868170170630684e-23,
+                         6.446950284384474e-26,
+                         -9.183689863795546e-29};
+constexpr double kB[] = {0.5,
+                         -0.041666666666666664,
+                         0.001388888888888889,
+                         -2.48015873015873e-05,
+                         2.755731922398589e-07,
+                         -2.08767569878681e-09,
+                         1.1470745597729725e-11,
+                         -4.779477332387385e-14,
+                         1.5619206968586225e-16,
+                         -4.110317623312165e-19,
+                         8.896791392450574e-22,
+                         -1.6117375710961184e-24,
+                         2.4795962632247976e-27,
+                         -3.279889237069838e-30};
+constexpr double kC[] = {0.16666666666666666,     -0.008333333333333333,   0.0001984126984126984,
+                         -2.7557319223985893e-06, 2.505210838544172e-08,   -1.6059043836821613e-10,
+                         7.647163731819816e-13,   -2.8114572543455206e-15, 8.22063524662433e-18,
+                         -1.9572941063391263e-20, 3.868170170630684e-23,   -6.446950284384474e-26,
+                         9.183689863795546e-29,   -1.1309962886447716e-31};
+constexpr double kB1[] = {-0.041666666666666664,   0.002777777777777778,   -7.440476190476191e-05,
+                          1.1022927689594355e-06,  -1.043837849393405e-08, 6.882447358637835e-11,
+                          -3.3456341326711696e-13, 1.249536557486898e-15,  -3.6992858609809485e-18,
+                          8.896791392450573e-21,   -1.77291132820573e-23,  2.975515515869757e-26,
+                          -4.263856008190789e-29,  5.277982680342268e-32};
+constexpr double kC1[] = {-0.008333333333333333,   0.0003968253968253968,  -8.267195767195768e-06,
+                          1.0020843354176688e-07,  -8.029521918410807e-10, 4.58829823909189e-12,
+                          -1.9680200780418645e-14, 6.576508197299464e-17,  -1.7615646957052136e-19,
+                          3.868170170630684e-22,   -7.091645312822921e-25, 1.1020427836554655e-27,
+                          -1.4702951752382032e-30, 1.7025750581749252e-33};
+
+template <int Terms>
+double Horner(const double* c, double s) {
+  double sum = c[Terms - 1];
+  for (int k = Terms - 2; k >= 0; --k) sum = sum * s + c[k];
+  return sum;
 }
 
-// d/ds of the above: sum_k -(k+1) (-s)^k / (2k + 2 + offset)!.
-double FactorialSeriesDerivative(double s, int offset, int terms) {
-  double term = -1.0;
-  for (int i = 2; i <= offset + 2; ++i) term /= i;
-  double sum = 0.0;
-  for (int k = 0; k < terms; ++k) {
-    sum += (k + 1) * term;
-    term *= -s / ((2.0 * k + 3 + offset) * (2.0 * k + 4 + offset));
+template <int Terms>
+ExpCoefficients ExpTaylor(double s) {
+  return {Horner<Terms>(kA, s), Horner<Terms>(kB, s), Horner<Terms>(kC, s), Horner<Terms>(kB1, s),
+          Horner<Terms>(kC1, s)};
+}
+
+template <int Terms>
+LogCoefficients LogTaylor(double s) {
+  LogCoefficients k{kBernoulli[Terms - 1], 0.0, 0.0};
+  for (int i = Terms - 2; i >= 0; --i) {  // Horner, with both derivatives
+    k.c2 = k.c2 * s + 2.0 * k.c1;
+    k.c1 = k.c1 * s + k.c;
+    k.c = k.c * s + kBernoulli[i];
   }
-  return sum;
+  return k;
 }
 
 }  // namespace
@@ -58,16 +132,10 @@ Vector3 Vee(const Matrix3& m) {
 }
 
 ExpCoefficients ExpSeries(double s) {
+  if (s < kTinyLimit) return ExpTaylor<5>(s);
+  if (s < kSmallLimit) return ExpTaylor<7>(s);
+  if (s < kSeriesLimit) return ExpTaylor<14>(s);
   ExpCoefficients k;
-  if (s < kSeriesLimit) {
-    const int terms = s < kTinyLimit ? 6 : 14;
-    k.a = FactorialSeries(s, 1, terms);
-    k.b = FactorialSeries(s, 2, terms);
-    k.c = FactorialSeries(s, 3, terms);
-    k.b1 = FactorialSeriesDerivative(s, 2, terms);
-    k.c1 = FactorialSeriesDerivative(s, 3, terms);
-    return k;
-  }
   const double t = std::sqrt(s);
   const double half = std::sin(0.5 * t);
   k.a = std::sin(t) / t;
@@ -79,16 +147,10 @@ ExpCoefficients ExpSeries(double s) {
 }
 
 LogCoefficients LogSeries(double s) {
-  LogCoefficients k{0.0, 0.0, 0.0};
-  if (s < kSeriesLimit) {
-    const int terms = s < kTinyLimit ? 7 : kBernoulliTerms;
-    for (int i = terms - 1; i >= 0; --i) {  // Horner, with both derivatives
-      k.c2 = k.c2 * s + 2.0 * k.c1;
-      k.c1 = k.c1 * s + k.c;
-      k.c = k.c * s + kBernoulli[i];
-    }
-    return k;
-  }
+  if (s < kTinyLimit) return LogTaylor<5>(s);
+  if (s < kSmallLimit) return LogTaylor<8>(s);
+  if (s < kSeriesLimit) return LogTaylor<18>(s);
+  LogCoefficients k;
   const double t = std::sqrt(s);
   const double sine = std::sin(0.5 * t);
   const double cot = std::cos(0.5 * t) / sine;
@@ -104,10 +166,13 @@ LogCoefficients LogSeries(double s) {
 Eigen::Quaterniond ExpSO3(const Vector3& omega) {
   const double s = omega.squaredNorm();
   double w, f;  // cos(t/2), sin(t/2)/t
-  if (s < kTinyLimit) {
-    const double q = 0.25 * s;
-    w = FactorialSeries(q, 0, 7);
-    f = 0.5 * FactorialSeries(q, 1, 7);
+  const double q = 0.25 * s;
+  if (q < kTinyLimit) {
+    w = Horner<5>(kCosine, q);
+    f = 0.5 * Horner<5>(kA, q);
+  } else if (q < kSmallLimit) {
+    w = Horner<8>(kCosine, q);
+    f = 0.5 * Horner<8>(kA, q);
   } else {
     const double t = std::sqrt(s);
     w = std::cos(0.5 * t);

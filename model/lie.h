@@ -57,9 +57,9 @@ LogCoefficients LogSeries(double s);
 
 /// exp of a rotation vector [rad] of any length; the result has unit norm to round-off.
 Eigen::Quaterniond ExpSO3(const Vector3& omega);
-/// Rotation vector of a unit quaternion, |omega| in [0, pi]: the principal value. Rotations beyond pi
-/// come back as their complement (pi + x about a is pi - x about -a); at pi the sign of the axis is
-/// that of the stored quaternion.
+/// Rotation vector of a unit quaternion, |omega| in [0, pi]: the principal value. Rotations beyond
+/// pi come back as their complement (pi + x about a is pi - x about -a); at pi the sign of the axis
+/// is that of the stored quaternion.
 Vector3 LogSO3(const Eigen::Quaterniond& q);
 
 Pose ExpSE3(const Vector6& d);
@@ -99,7 +99,8 @@ Vector6 TangentOperatorTimes(const Vector6& d, const Vector6& x);
 Vector6 TangentOperatorInverseTimes(const Vector6& d, const Vector6& x);
 
 /// The even part E(d) of Jr^-1(d) at one d, prepared once and applied several times. In 3x3 blocks
-/// E = [Ea 0; Eb Ea] with Ea x = x + c omega x (omega x x) and Eb = DEa[v]; Ea and Eb are symmetric.
+/// E = [Ea 0; Eb Ea] with Ea x = x + c omega x (omega x x) and Eb = DEa[v]; Ea and Eb are
+/// symmetric.
 class EvenTangentInverse {
  public:
   explicit EvenTangentInverse(const Vector6& d);

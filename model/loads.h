@@ -5,10 +5,10 @@
 
 #include "model/robot.h"
 
-/// Loads on a section of an arm: each a pure value that returns a wrench density (per unit reference
-/// length, section frame) from the section's geometry and its absolute pose and twist. The plant sums
-/// them over nodes, the reduced model projects the same functions at its quadrature points.
-/// Added mass is not here: it belongs in the inertia ([physics.md] 2, errata 1 and 2).
+/// Loads on a section of an arm: each a pure value that returns a wrench density (per unit
+/// reference length, section frame) from the section's geometry and its absolute pose and twist.
+/// The plant sums them over nodes, the reduced model projects the same functions at its quadrature
+/// points. Added mass is not here: it belongs in the inertia ([physics.md] 2, errata 1 and 2).
 
 namespace mantle::model {
 
@@ -31,8 +31,8 @@ struct LoadTangent {
   Matrix3 force_by_velocity{Matrix3::Zero()};
 };
 
-/// rho_b A R^T G (weight), -rho_w A R^T G (buoyancy); erratum 4. Kept as one load with the difference
-/// of the densities, so that a neutral body feels exactly nothing.
+/// rho_b A R^T G (weight), -rho_w A R^T G (buoyancy); erratum 4. Kept as one load with the
+/// difference of the densities, so that a neutral body feels exactly nothing.
 struct GravityLoad {
   Vector3 gravity_m_s2;
   double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named

@@ -14,8 +14,8 @@ struct Slice {
 };
 Slice SliceOf(const Vector3& q1, const Vector3& q2) {
   const double a = q1(0), b = q2(0);
-  return {kPi / 3.0 * (a * a + a * b + b * b), kPi / 3.0 * (2.0 * a + b),
-          kPi / 3.0 * (a + 2.0 * b), q1(1) - q2(1), 0.5 * (q1(1) + q2(1))};
+  return {kPi / 3.0 * (a * a + a * b + b * b), kPi / 3.0 * (2.0 * a + b), kPi / 3.0 * (a + 2.0 * b),
+          q1(1) - q2(1), 0.5 * (q1(1) + q2(1))};
 }
 
 // Adds c[k] dV_k/dq to f.

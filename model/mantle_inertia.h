@@ -3,17 +3,18 @@
 #include "model/lie.h"
 #include "model/shell.h"
 
-/// Inertia of the mantle and its water under the root's motion ([physics.md] 4). The mantle exchanges
-/// axial motion fully and moves with the root otherwise; with omega, v the root's body twist, z from
-/// the root along e3 and m_j the nodal masses,
+/// Inertia of the mantle and its water under the root's motion ([physics.md] 4). The mantle
+/// exchanges axial motion fully and moves with the root otherwise; with omega, v the root's body
+/// twist, z from the root along e3 and m_j the nodal masses,
 ///
-///   T = 1/2 sum_j m_j {(1+B)[r_dot^2 + (v3 + z_dot)^2 + 1/2 r^2 (omega1^2 + omega2^2) + r^2 omega3^2]
+///   T = 1/2 sum_j m_j {(1+B)[r_dot^2 + (v3 + z_dot)^2 + 1/2 r^2 (omega1^2 + omega2^2) + r^2
+///   omega3^2]
 ///                      + J theta_dot^2} + T_lateral,
 ///   T_lateral = 1/2 L0 (v1^2 + v2^2) + L1 (v1 omega2 - v2 omega1) + 1/2 L2 (omega1^2 + omega2^2),
 ///   L_k = sum_j f m_j z_j^k + rho_w integral of pi r^2 z^k (-z') dX   [effect lateral_added_mass]
 ///                           + m_w z_c^k                               [effect contained_water]
-/// with f = 1 + B, or 1 where lateral_added_mass replaces B_s laterally; m_w = rho_w (U - U_cone) at
-/// the centroid z_c of the cavity U.
+/// with f = 1 + B, or 1 where lateral_added_mass replaces B_s laterally; m_w = rho_w (U - U_cone)
+/// at the centroid z_c of the cavity U.
 
 namespace mantle::model {
 
@@ -31,8 +32,8 @@ struct CavityMoments {
 };
 
 struct MantleInertia {
-  double axial{0};               ///< sum m (1 + B)
-  double lateral[3]{0, 0, 0};    ///< L0, L1, L2
+  double axial{0};             ///< sum m (1 + B)
+  double lateral[3]{0, 0, 0};  ///< L0, L1, L2
   double lateral_rate[3]{0, 0, 0};
   double pitch{0}, pitch_rate{0};  ///< sum m (1+B) r^2 / 2
   double roll{0}, roll_rate{0};    ///< sum m (1+B) r^2

@@ -7,8 +7,8 @@
 
 namespace mantle::model {
 
-/// Jet thrust along +e3, T = -rho_w Q |Q| / A_n; Q = U_dot, or the part of it that the wall's radial
-/// velocity makes; A_n = outlets pi h_n^2 for Q < 0, inlets pi h_n^2 for Q > 0 (erratum 10).
+/// Jet thrust along +e3, T = -rho_w Q |Q| / A_n; Q = U_dot, or the part of it that the wall's
+/// radial velocity makes; A_n = outlets pi h_n^2 for Q < 0, inlets pi h_n^2 for Q > 0 (erratum 10).
 struct Jet {
   double flux_m3_s, thrust_n;
   double thrust_by_flux;  ///< dT/dQ [N s/m^3]
@@ -16,10 +16,11 @@ struct Jet {
 Jet EvaluateJet(const Mantle& mantle, double water_density_kg_m3, double flux_m3_s);
 
 /// Drag along e3, -1/2 rho_w C_d pi max(r)^2 V |V|, V the area average of the absolute axial speed.
-double MantleDrag(const Mantle& mantle, double water_density_kg_m3, double max_radius_m, double speed);
+double MantleDrag(const Mantle& mantle, double water_density_kg_m3, double max_radius_m,
+                  double speed);
 
-/// Lateral strip-theory drag of the mantle on its current profile as a wrench about the root origin:
-/// force per height -1/2 rho_w C 2 r |u| u, u the lateral velocity of the axis at z.
+/// Lateral strip-theory drag of the mantle on its current profile as a wrench about the root
+/// origin: force per height -1/2 rho_w C 2 r |u| u, u the lateral velocity of the axis at z.
 Vector6 MantleLateralDrag(const std::vector<Vector3>& q, double water_density_kg_m3,
                           double coefficient, const Vector6& root_twist);
 

@@ -46,9 +46,10 @@ std::vector<double> MeridianNodes(const Mantle& mantle) {
               fixed.end());
   const int stretches = static_cast<int>(fixed.size()) - 1;
   if (mantle.elements < stretches) {
-    throw BadRobot(fmt::format("elements = {}, must be >= {}: the meridian's pieces, strips and "
-                               "stations need a node at each of their ends",
-                               mantle.elements, stretches));
+    throw BadRobot(
+        fmt::format("elements = {}, must be >= {}: the meridian's pieces, strips and "
+                    "stations need a node at each of their ends",
+                    mantle.elements, stretches));
   }
   // Element size h(X) ~ 1 + (grading - 1) X / L; count(X) = integral of dX / h, inverted exactly.
   const double g = mantle.grading - 1.0;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kGuardVectors = 6;
 constexpr int kSweeps = 200;
-constexpr double kConverged = 1e-12;  // relative change of the squared frequencies
+constexpr double kConverged = 1e-12;   // relative change of the squared frequencies
 constexpr double kShift_rad_s = 0.01;  // keeps K + shift^2 M regular on a free root
 
 // The robot without anything that depends on velocity.

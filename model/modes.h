@@ -4,9 +4,9 @@
 
 #include "model/plant.h"
 
-/// Vibration modes about a state of rest: (K - omega^2 M) x = 0 with the plant's own tangent and mass,
-/// by inverse iteration on a block with Rayleigh-Ritz, in O(N) per sweep. Viscosity and loads that
-/// depend on velocity do not enter; constant loads (pressure, weight, tensions at t = 0) do.
+/// Vibration modes about a state of rest: (K - omega^2 M) x = 0 with the plant's own tangent and
+/// mass, by inverse iteration on a block with Rayleigh-Ritz, in O(N) per sweep. Viscosity and loads
+/// that depend on velocity do not enter; constant loads (pressure, weight, tensions at t = 0) do.
 
 namespace mantle::model {
 
@@ -15,8 +15,8 @@ struct Mode {
   VectorX shape;  ///< laid out as v, mass-normalised; sign: largest entry positive
 };
 
-/// The `count` lowest modes, ascending; rigid modes of a free root come first, with frequency zero to
-/// round-off. Throws std::runtime_error if the iteration does not converge.
+/// The `count` lowest modes, ascending; rigid modes of a free root come first, with frequency zero
+/// to round-off. Throws std::runtime_error if the iteration does not converge.
 std::vector<Mode> VibrationModes(const Plant& plant, const PlantState& state, int count);
 
 }  // namespace mantle::model

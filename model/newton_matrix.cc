@@ -99,7 +99,8 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   int first_point = 0;
   for (int b = 0; b < a; ++b) first_point += static_cast<int>(plant.rods[b].points.size());
   int first_distributed = 0;
-  for (int b = 0; b < a; ++b) first_distributed += static_cast<int>(plant.rods[b].distributed.size());
+  for (int b = 0; b < a; ++b)
+    first_distributed += static_cast<int>(plant.rods[b].distributed.size());
   for (int i = 0; i <= n; ++i) {
     Matrix6& d = chain.diagonal[i];
     const Vector6& eta = twist[i];

@@ -5,18 +5,18 @@
 #include "model/block_tridiagonal.h"
 #include "model/plant.h"
 
-/// The iteration matrix of implicit steps and of statics, in body increments zeta (g exp(zeta^), q +
-/// zeta), factored and solved in O(N):
+/// The iteration matrix of implicit steps and of statics, in body increments zeta (g exp(zeta^), q
+/// + zeta), factored and solved in O(N):
 ///
 ///   A = s^2 M - K - s D,   K = df/dzeta,  D = df/dv,  s = 1/(gamma h)   (s = 0: statics, A = -K)
 ///
 /// Each arm is a chain of 6x6 blocks eliminated from its tip, which leaves its Schur complement on
-/// the root; the mantle is a chain of 3x3 blocks that meets the root in the axial direction; scalars
-/// that depend on a whole body (tension of a reeled cable, jet thrust, mantle drag) are extra unknowns
-/// of their body. K and D are analytic and complete for every body-local term; what is left out
-/// couples bodies through the root's motion only (centrifugal and lateral-drag borders, d theta-dot
-/// chart terms inside elements), is not stiff, and costs the iteration a factor of about
-/// gamma h |eta| per step; statics has none of it.
+/// the root; the mantle is a chain of 3x3 blocks that meets the root in the axial direction;
+/// scalars that depend on a whole body (tension of a reeled cable, jet thrust, mantle drag) are
+/// extra unknowns of their body. K and D are analytic and complete for every body-local term; what
+/// is left out couples bodies through the root's motion only (centrifugal and lateral-drag borders,
+/// d theta-dot chart terms inside elements), is not stiff, and costs the iteration a factor of
+/// about gamma h |eta| per step; statics has none of it.
 
 namespace mantle::model {
 
@@ -24,8 +24,8 @@ class NewtonMatrix {
  public:
   explicit NewtonMatrix(const Plant& plant);
 
-  /// Assembles at the state of the last EvaluateForces (which filled `work`) and factors. `chart` is
-  /// the coefficient of ad_eta in d eta = (s + chart ad_eta) zeta: 1/2 for increments in a chart
+  /// Assembles at the state of the last EvaluateForces (which filled `work`) and factors. `chart`
+  /// is the coefficient of ad_eta in d eta = (s + chart ad_eta) zeta: 1/2 for increments in a chart
   /// centred at the step's start. Returns false if a pivot is singular.
   bool Factor(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
               const PlantWork& work, double s, double chart);

@@ -13,8 +13,8 @@ struct SolidMotion {
 };
 SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state);
 
-/// Momentum of solid and added mass as a world-frame (angular about the world origin, linear) vector;
-/// `work` from EvaluateForces. Exact coupling.
+/// Momentum of solid and added mass as a world-frame (angular about the world origin, linear)
+/// vector; `work` from EvaluateForces. Exact coupling.
 Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const PlantWork& work);
 
 /// W_o = eta_r^T M_r eta_r_dot with M_r the locked inertia with added mass ([physics.md] 5).

@@ -78,9 +78,8 @@ Plant::Plant(const Robot& r) : robot(r) {
     throw BadRobot("robot: has no bodies, needs an arm, a mantle or a rigid body");
   }
   for (std::size_t i = 0; i < robot.arms.size(); ++i) {
-    rods.push_back(Named(fmt::format("arms.{}", robot.arms[i].name), [&] {
-      return MakeRod(robot.arms[i], robot.water, robot.effects);
-    }));
+    rods.push_back(Named(fmt::format("arms.{}", robot.arms[i].name),
+                         [&] { return MakeRod(robot.arms[i], robot.water, robot.effects); }));
   }
   if (robot.mantle) {
     shell = Named("mantle", [&] { return MakeShell(*robot.mantle, robot.water, robot.effects); });
@@ -122,19 +121,21 @@ Plant::Plant(const Robot& r) : robot(r) {
   if (root_free()) {
     Matrix6 total = root_inertia;
     if (shell) {
-      AddMantleInertia(EvaluateMantleInertia(*shell, water_options, shell->reference,
-                                             std::vector<Vector3>(shell->node_count(), Vector3::Zero())
-                                                 .data()),
-                       false, &total);
+      AddMantleInertia(
+          EvaluateMantleInertia(*shell, water_options, shell->reference,
+                                std::vector<Vector3>(shell->node_count(), Vector3::Zero()).data()),
+          false, &total);
     }
     for (const Rod& rod : rods) {
       double mass = 0;
       for (const RodNode& n : rod.nodes) mass += n.inertia(5);
-      if (!(mass > 0)) throw BadRobot("arms." + rod.name + ": density = 0 on a free root, must be > 0");
+      if (!(mass > 0))
+        throw BadRobot("arms." + rod.name + ": density = 0 on a free root, must be > 0");
     }
     if (!(total.llt().info() == Eigen::Success)) {
-      throw BadRobot("root: a free root has no inertia about every axis; give it a rigid body, or "
-                     "clamp it");
+      throw BadRobot(
+          "root: a free root has no inertia about every axis; give it a rigid body, or "
+          "clamp it");
     }
   }
   body_length_m = robot.body_length_m > 0 ? robot.body_length_m : Extent(robot);
@@ -198,7 +199,8 @@ void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs*
   in.points.clear();
   in.strips_pa.clear();
   for (const Rod& rod : plant.rods) {
-    for (const auto& d : rod.distributed) in.distributed.push_back(Value(d.schedule, t_s, from_left));
+    for (const auto& d : rod.distributed)
+      in.distributed.push_back(Value(d.schedule, t_s, from_left));
     for (const auto& p : rod.points) in.points.push_back(Value(p.load.schedule, t_s, from_left));
     for (const auto& c : rod.cables) {
       in.cables.push_back(InputOf(c.drive, c.rest_length_m, t_s, from_left));
@@ -213,8 +215,7 @@ void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs*
     }
   }
   if (plant.robot.effects.normal_pressure) {
-    in.normal_pressure_pa =
-        Value(plant.robot.effects.normal_pressure->pressure_pa, t_s, from_left);
+    in.normal_pressure_pa = Value(plant.robot.effects.normal_pressure->pressure_pa, t_s, from_left);
   }
   const Vector3 drift = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
   if (const auto* root = std::get_if<PrescribedRoot>(&plant.robot.root)) {
@@ -250,8 +251,7 @@ void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs*
 
 double NextBreakpoint(const Plant& plant, double t_s) {
   double next = std::numeric_limits<double>::infinity();
-  ForEachSchedule(plant,
-                  [&](const Schedule& s) { next = std::min(next, NextBreakpoint(s, t_s)); });
+  ForEachSchedule(plant, [&](const Schedule& s) { next = std::min(next, NextBreakpoint(s, t_s)); });
   return next;
 }
 

@@ -18,8 +18,9 @@
 /// that drifts with the water's uniform current, which is inertial: loads then need no current
 /// (Simulation converts what it reports).
 ///
-/// Coupling. Exact (default): poses and twists of the arms are absolute, the root's balance receives
-/// what node 0 of every arm feels, and the mantle's axial motion couples through the mass. Frozen
+/// Coupling. Exact (default): poses and twists of the arms are absolute, the root's balance
+/// receives what node 0 of every arm feels, and the mantle's axial motion couples through the mass.
+/// Frozen
 /// ([Renda] 3.3): poses and twists of the arms are relative to the root, bodies do not feel the
 /// root's acceleration, and the root integrates the locked inertia.
 
@@ -121,9 +122,9 @@ struct EvaluationFailure {
 struct PlantWork {
   explicit PlantWork(const Plant& plant);
 
-  VectorX force;  ///< f(q, v, t)
-  std::vector<std::vector<Vector6>> twist;       ///< per arm and node, the twist loads see
-  std::vector<std::vector<Pose>> load_pose;      ///< frozen coupling only: absolute poses
+  VectorX force;                             ///< f(q, v, t)
+  std::vector<std::vector<Vector6>> twist;   ///< per arm and node, the twist loads see
+  std::vector<std::vector<Pose>> load_pose;  ///< frozen coupling only: absolute poses
   std::vector<std::vector<RodElementState>> rod;
   std::vector<ShellElementState> shell;
   std::vector<Vector3> volume_gradient;
@@ -145,7 +146,8 @@ EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
 /// out = M(q) a for the q of the last EvaluateForces. Rows of held coordinates are zero.
 void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, VectorX* out);
 
-/// a = M(q)^-1 f; held coordinates get zero, a clamped root zero, a prescribed root its acceleration.
+/// a = M(q)^-1 f; held coordinates get zero, a clamped root zero, a prescribed root its
+/// acceleration.
 void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
                        VectorX* a);
 

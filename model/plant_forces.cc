@@ -10,8 +10,8 @@ namespace {
 // Tension of a cable from its length and rate (never negative: slack).
 double Tension(const CableInput& in, double length, double rate) {
   if (!in.reeled) return in.tension_n;
-  return std::max(0.0, in.stiffness_n_m * (length - in.reel_m) +
-                           in.damping_n_s_m * (rate - in.reel_rate_m_s));
+  return std::max(
+      0.0, in.stiffness_n_m * (length - in.reel_m) + in.damping_n_s_m * (rate - in.reel_rate_m_s));
 }
 
 EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state,
@@ -196,8 +196,7 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
     work->mean_axial_speed_m_s += shell.nodes[j].area_m2 / shell.area_m2 * v[j](1);
   }
   if (effects.drag) {
-    work->mantle_drag_n =
-        MantleDrag(mantle, rho, work->max_radius_m, work->mean_axial_speed_m_s);
+    work->mantle_drag_n = MantleDrag(mantle, rho, work->max_radius_m, work->mean_axial_speed_m_s);
     for (int j = 0; j <= n; ++j) {
       f(1, j) += work->mantle_drag_n * shell.nodes[j].area_m2 / shell.area_m2;
     }
@@ -245,8 +244,8 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
   if (!plant.exact()) {
     for (std::size_t a = 0; a < plant.rods.size(); ++a) {
       for (std::size_t i = 0; i < plant.rods[a].nodes.size(); ++i) {
-        const Matrix6 ad = Adjoint(
-            Inverse(state.pose[plant.ArmPose(static_cast<int>(a), static_cast<int>(i))]));
+        const Matrix6 ad =
+            Adjoint(Inverse(state.pose[plant.ArmPose(static_cast<int>(a), static_cast<int>(i))]));
         work->root_mass += ad.transpose() * plant.rods[a].nodes[i].FullInertia().asDiagonal() * ad;
       }
     }
@@ -294,8 +293,8 @@ EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
   }
   AddRootForces(plant, state, inputs, work);
   if (!work->force.allFinite()) {
-    return {plant.robot.name.c_str(), -1, "a force is not finite", work->force.cwiseAbs().maxCoeff(),
-            0.0};
+    return {plant.robot.name.c_str(), -1, "a force is not finite",
+            work->force.cwiseAbs().maxCoeff(), 0.0};
   }
   return {};
 }

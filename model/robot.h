@@ -8,10 +8,11 @@
 #include "model/lie.h"
 #include "model/schedule.h"
 
-/// What a robot is: plain values, entered once, from which the plant and the reduced model are built.
-/// The robot is a star ([physics.md] 1): a root frame (free, clamped or with prescribed motion) that
-/// carries any number of arms, at most one mantle, and at most one rigid body. SI units; body frames;
-/// 6-vectors are (angular, linear). Effects are optional values: what is absent is not computed.
+/// What a robot is: plain values, entered once, from which the plant and the reduced model are
+/// built. The robot is a star ([physics.md] 1): a root frame (free, clamped or with prescribed
+/// motion) that carries any number of arms, at most one mantle, and at most one rigid body. SI
+/// units; body frames; 6-vectors are (angular, linear). Effects are optional values: what is absent
+/// is not computed.
 
 namespace mantle::model {
 
@@ -41,8 +42,8 @@ struct ReeledLength {
 };
 using CableDrive = std::variant<GivenTension, ReeledLength>;
 
-/// A cable along an arm at offset d(X) = fraction h(X) (0, cos a, sin a), a = angle + turns 2 pi X/L,
-/// from the base to `end_m` (arc length).
+/// A cable along an arm at offset d(X) = fraction h(X) (0, cos a, sin a), a = angle + turns 2 pi
+/// X/L, from the base to `end_m` (arc length).
 struct ArmCable {
   std::string name;
   double fraction{0.6};
@@ -83,19 +84,19 @@ struct Arm {
   double shear_correction{1};
   /// Sections given as a diagonal instead of from material and geometry (torsion, bending y, z,
   /// stretch, shear y, z); constant along the arm.
-  std::optional<Vector6> stiffness;       ///< [N m^2, N]
-  std::optional<Vector6> viscosity;       ///< [N m^2 s, N s]
-  std::optional<Vector6> inertia;         ///< [kg m, kg/m]
-  Vector3 curvature_base{Vector3::Zero()};  ///< twist and curvatures at rest [rad/m], base ...
-  Vector3 curvature_tip{Vector3::Zero()};   ///< ... and tip, linear between
+  std::optional<Vector6> stiffness;            ///< [N m^2, N]
+  std::optional<Vector6> viscosity;            ///< [N m^2 s, N s]
+  std::optional<Vector6> inertia;              ///< [kg m, kg/m]
+  Vector3 curvature_base{Vector3::Zero()};     ///< twist and curvatures at rest [rad/m], base ...
+  Vector3 curvature_tip{Vector3::Zero()};      ///< ... and tip, linear between
   Vector3 drag_coefficients{Vector3::Zero()};  ///< C_x, C_y, C_z
   double added_mass_coefficient{0};            ///< B_b
   int elements{20};
   std::vector<ArmCable> cables;
   std::vector<DistributedWrench> distributed;
   std::vector<PointWrench> points;
-  /// Velocity at t = 0, relative to the root, as a fraction of the first bending mode: tip speed [m/s]
-  /// along y of the base frame.
+  /// Velocity at t = 0, relative to the root, as a fraction of the first bending mode: tip speed
+  /// [m/s] along y of the base frame.
   double initial_mode1_tip_speed_m_s{0};
   Vector6 initial_twist{Vector6::Zero()};  ///< rigid twist of the whole arm, about its base frame
 };
@@ -120,7 +121,8 @@ struct StripPressure {
   Schedule pressure_pa;
 };
 
-/// n spokes that draw the strip in: p = c u, c = n / A; cable length n times the mean r of the strip.
+/// n spokes that draw the strip in: p = c u, c = n / A; cable length n times the mean r of the
+/// strip.
 struct SpokeCable {
   std::string name;
   double from_m{0}, to_m{0};
@@ -137,8 +139,10 @@ struct Mantle {
   Material material;
   ShellEnd start{ShellEnd::kClamped}, end{ShellEnd::kFree};
   int elements{64};
-  double grading{1};  ///< last over first element length within the first piece (> 1: finer at X = 0)
-  std::vector<double> stations_m;  ///< arc lengths that must be nodes, besides piece ends and strips
+  double grading{
+      1};  ///< last over first element length within the first piece (> 1: finer at X = 0)
+  std::vector<double>
+      stations_m;  ///< arc lengths that must be nodes, besides piece ends and strips
   double nozzle_radius_m{0};
   int outlets{1}, inlets{3};
   double added_mass_coefficient{0};  ///< B_s
@@ -213,8 +217,8 @@ struct Robot {
   std::string name;
   Water water;
   RootMotion root{FreeRoot{}};
-  Pose root_pose;                           ///< at t = 0, in the world
-  Vector6 root_twist{Vector6::Zero()};      ///< at t = 0, body frame
+  Pose root_pose;                       ///< at t = 0, in the world
+  Vector6 root_twist{Vector6::Zero()};  ///< at t = 0, body frame
   Coupling coupling{Coupling::kExact};
   std::vector<Arm> arms;
   std::optional<Mantle> mantle;

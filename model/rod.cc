@@ -75,8 +75,7 @@ RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relativ
   e.reference_strain = straight ? RestStrain(arm, 0) : Vector6(LogSE3(relative) / e.length);
   for (int k = 0; k < 5; ++k) {
     const double radius = Radius(arm, x0 + kGaussPoint[k] * e.length);
-    e.stiffness +=
-        kGaussWeight[k] * SectionStiffness(arm.material, arm.shear_correction, radius);
+    e.stiffness += kGaussWeight[k] * SectionStiffness(arm.material, arm.shear_correction, radius);
     if (effects.viscosity) e.viscosity += kGaussWeight[k] * SectionViscosity(arm.material, radius);
   }
   if (arm.stiffness) e.stiffness = *arm.stiffness;
@@ -129,9 +128,9 @@ RodCable CableOf(const Arm& arm, const ArmCable& cable, const Rod& rod) {
     piece.slope = cable.fraction * taper * along + r * angle_rate * across;
     piece.share = (x1 - x0) / rod.elements[i].length;
     out.pieces.push_back(piece);
-    out.rest_length_m +=
-        CablePieceLength(piece, rod.elements[i],
-                         rod.elements[i].length * rod.elements[i].reference_strain, nullptr, nullptr);
+    out.rest_length_m += CablePieceLength(piece, rod.elements[i],
+                                          rod.elements[i].length * rod.elements[i].reference_strain,
+                                          nullptr, nullptr);
   }
   return out;
 }
@@ -141,8 +140,8 @@ void CheckArm(const Arm& arm) {
   Demand(arm.elements >= 1, fmt::format("elements = {}, must be >= 1", arm.elements));
   Demand(arm.radius_base_m > 0 && arm.radius_tip_m > 0,
          fmt::format("radius = {}, {} m, must be > 0", arm.radius_base_m, arm.radius_tip_m));
-  const double turn = arm.length_m / arm.elements *
-                      std::max(arm.curvature_base.norm(), arm.curvature_tip.norm());
+  const double turn =
+      arm.length_m / arm.elements * std::max(arm.curvature_base.norm(), arm.curvature_tip.norm());
   Demand(turn < 1.0, fmt::format("elements = {}: an element at rest turns {:.3g} rad, must be < 1; "
                                  "the mesh is too coarse for the reference curvature",
                                  arm.elements, turn));
@@ -165,8 +164,7 @@ void CheckArm(const Arm& arm) {
 double CablePieceLength(const CablePiece& piece, const RodElement& e, const Vector6& d,
                         Vector6* gradient, Matrix6* hessian) {
   // Speed of the path in the section frame: gamma + kappa x offset + offset' ([physics.md] 2).
-  const Vector3 speed =
-      (d.tail<3>() + d.head<3>().cross(piece.offset_m)) / e.length + piece.slope;
+  const Vector3 speed = (d.tail<3>() + d.head<3>().cross(piece.offset_m)) / e.length + piece.slope;
   const double norm = speed.norm();
   const Vector3 t = speed / norm;
   if (gradient != nullptr) {

@@ -19,10 +19,10 @@ struct BadRobot : std::invalid_argument {
 };
 
 struct RodNode {
-  double weight_m{0};        ///< integral of the node's shape function
-  SectionGeometry section;   ///< means with that weight
+  double weight_m{0};                ///< integral of the node's shape function
+  SectionGeometry section;           ///< means with that weight
   Vector6 inertia{Vector6::Zero()};  ///< diagonal, solid [kg m^2, kg]
-  double added_mass_kg{0};   ///< in the two lateral directions; zero without the effect
+  double added_mass_kg{0};           ///< in the two lateral directions; zero without the effect
 
   /// Diagonal of solid and added inertia together.
   Vector6 FullInertia() const {

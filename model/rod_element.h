@@ -8,12 +8,13 @@
 ///   sigma = Sigma (xi - xi*) + Upsilon xi_dot + cable resultants                 ([Renda] eq. 7)
 ///   forces on the nodes: f2 = -Jr^-T sigma, f1 = +Jl^-T sigma
 /// so that f1 . eta1 + f2 . eta2 = -sigma . d_dot: the power balance is exact for any d. Strain is
-/// objective, a constant-strain (helical) field is represented exactly, and there is no shear locking.
+/// objective, a constant-strain (helical) field is represented exactly, and there is no shear
+/// locking.
 
 namespace mantle::model {
 
 struct RodElement {
-  double length{0};  ///< reference length l [m]
+  double length{0};                           ///< reference length l [m]
   Vector6 reference_strain{Vector6::Zero()};  ///< xi*
   Vector6 stiffness{Vector6::Zero()};         ///< diagonal of Sigma, mean over the element
   Vector6 viscosity{Vector6::Zero()};         ///< diagonal of Upsilon; zero without the effect
@@ -33,7 +34,8 @@ struct RodElementState {
   Vector6 StrainRate(const RodElement& e) const { return d_dot / e.length; }
 };
 
-/// Fills `state`; returns false if the element's rotation exceeds kMaxElementRotation or is not finite.
+/// Fills `state`; returns false if the element's rotation exceeds kMaxElementRotation or is not
+/// finite.
 bool EvaluateRodElement(const Pose& g1, const Pose& g2, const Vector6& eta1, const Vector6& eta2,
                         RodElementState* state);
 

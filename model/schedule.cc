@@ -9,8 +9,8 @@ namespace mantle::model {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// Break points closer than this to the time asked for count as that time: a step that ends on a break
-// point may miss it by round-off.
+// Break points closer than this to the time asked for count as that time: a step that ends on a
+// break point may miss it by round-off.
 constexpr double kSameTime_s = 1e-12;
 
 bool Reached(double t, double knot, bool from_left) {
@@ -46,7 +46,8 @@ double ValueOf(const IntervalSchedule& s, double t, bool from_left) {
   }
   return 0.0;
 }
-// Index of the interval [time[i], time[i+1]) that holds t; -1 before the first, size-1 after the last.
+// Index of the interval [time[i], time[i+1]) that holds t; -1 before the first, size-1 after the
+// last.
 int Locate(const TableSchedule& s, double t, bool from_left) {
   int i = -1;
   for (std::size_t k = 0; k < s.time_s.size() && Reached(t, s.time_s[k], from_left); ++k) {

@@ -3,8 +3,8 @@
 #include <variant>
 #include <vector>
 
-/// Scalar functions of time that drive loads, cables and prescribed motion. Their kinks and jumps are
-/// reported as break points, with which every integrator aligns its steps ([physics.md] 7).
+/// Scalar functions of time that drive loads, cables and prescribed motion. Their kinks and jumps
+/// are reported as break points, with which every integrator aligns its steps ([physics.md] 7).
 
 namespace mantle::model {
 
@@ -17,13 +17,14 @@ struct TriangularSchedule {
   double low{0}, high{1}, period_s{1}, start_s{0};
 };
 
-/// offset + amplitude sin(2 pi frequency (t - start) + phase); `offset + amplitude sin(phase)` before
-/// start.
+/// offset + amplitude sin(2 pi frequency (t - start) + phase); `offset + amplitude sin(phase)`
+/// before start.
 struct SineSchedule {
   double amplitude{1}, frequency_hz{1}, phase_rad{0}, offset{0}, start_s{0};
 };
 
-/// `value` inside the intervals [on_s[i], off_s[i]), zero outside; intervals ascend, do not overlap.
+/// `value` inside the intervals [on_s[i], off_s[i]), zero outside; intervals ascend, do not
+/// overlap.
 struct IntervalSchedule {
   double value{1};
   std::vector<double> on_s, off_s;
@@ -38,8 +39,8 @@ struct TableSchedule {
 using Schedule = std::variant<ConstantSchedule, TriangularSchedule, SineSchedule, IntervalSchedule,
                               TableSchedule>;
 
-/// Value at time `t_s`, right-continuous. `from_left` gives the limit from the left instead, which is
-/// what the last stage of a step that ends on a jump has to see.
+/// Value at time `t_s`, right-continuous. `from_left` gives the limit from the left instead, which
+/// is what the last stage of a step that ends on a jump has to see.
 double Value(const Schedule& schedule, double t_s, bool from_left = false);
 
 /// Right derivative with respect to time (left derivative with `from_left`).

@@ -140,10 +140,11 @@ Shell MakeShell(const Mantle& m, const Water& water, const Effects& effects) {
   for (int i = 0; i < n; ++i) {
     ShellElement e = ElementOf(MeridianAt(m, x[i]), MeridianAt(m, x[i + 1]));
     const double turn = std::abs(e.mu) * e.chord;
-    Demand(turn < kMaxElementTurn,
-           fmt::format("elements = {}: an element turns {:.3g} rad at X = {:.4g} m, must be < {}; the "
-                       "mesh is too coarse for its own geometry",
-                       n, turn, x[i], kMaxElementTurn));
+    Demand(
+        turn < kMaxElementTurn,
+        fmt::format("elements = {}: an element turns {:.3g} rad at X = {:.4g} m, must be < {}; the "
+                    "mesh is too coarse for its own geometry",
+                    n, turn, x[i], kMaxElementTurn));
     const auto areas = ShapeAreas(m, x[i], x[i + 1]);
     e.area = areas[0] + areas[1];
     shell.nodes[i].area_m2 += areas[0];

@@ -6,8 +6,8 @@
 #include "model/robot.h"
 #include "model/shell_element.h"
 
-/// The mantle discretised: nodes (r, z, theta), masses lumped with linear shape functions (total mass
-/// exact), and everything about its water that depends on the profile alone ([physics.md] 3).
+/// The mantle discretised: nodes (r, z, theta), masses lumped with linear shape functions (total
+/// mass exact), and everything about its water that depends on the profile alone ([physics.md] 3).
 
 namespace mantle::model {
 
@@ -46,7 +46,7 @@ struct Shell {
   std::vector<Vector3> reference;  ///< (r, z, theta) at rest
   double area_m2{0};
   double mass_kg{0};
-  double added_mass_factor{0};     ///< B_s where added mass is named, else 0
+  double added_mass_factor{0};  ///< B_s where added mass is named, else 0
   double rest_volume_m3{0};
   std::vector<double> thrust_share;  ///< per node: share of the jet's thrust it carries
   double thrust_share_root{0};       ///< and the root's (the hole in the dome)
@@ -64,8 +64,8 @@ Shell MakeShell(const Mantle& mantle, const Water& water, const Effects& effects
 double ShellVolume(const std::vector<Vector3>& q);
 /// dU/d(r, z, theta) per node.
 void ShellVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gradient);
-/// Volume swept by the wall: U closed by the end planes, whose gradient times a pressure is the force
-/// of that pressure on the wall alone.
+/// Volume swept by the wall: U closed by the end planes, whose gradient times a pressure is the
+/// force of that pressure on the wall alone.
 void ShellWallVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gradient);
 
 }  // namespace mantle::model

@@ -90,8 +90,7 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   s.strain << 0.5 * (a * a + b * b - 1.0), 0.5 * (r * r * k - 1.0), e.mu - mu * s.lambda,
       std::sin(e.theta) / e.radius - r * s.sine * k, beta;
 
-  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3),
-               td = s.y_dot(4);
+  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3), td = s.y_dot(4);
   const double lambda_dot = ad * s.cosine + bd * s.sine + beta * td;
   s.strain_rate << a * ad + b * bd, r * rd * k, -mud * s.lambda - mu * lambda_dot,
       -(rd * s.sine + r * s.cosine * td) * k, -ad * s.sine + bd * s.cosine - s.lambda * td;
@@ -117,8 +116,7 @@ void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Ve
                       -stress(2) * s.lambda);
   const double gr = 0.5 * e.area * k * (stress(1) * r - stress(3) * s.sine);
   const double gt =
-      0.5 * e.area *
-      (-stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda);
+      0.5 * e.area * (-stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda);
   const Vector3 mean(gr, 0.0, gt);
   *f1 += area_over_chord * slope - mean;
   *f2 -= area_over_chord * slope + mean;

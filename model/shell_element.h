@@ -4,19 +4,19 @@
 
 #include "model/lie.h"
 
-/// One element of the axisymmetric Reissner shell: two nodes (r, z, theta), linear between them, one
-/// quadrature point in the middle ([physics.md] 3). Per unit reference area, with J = h^2/3:
+/// One element of the axisymmetric Reissner shell: two nodes (r, z, theta), linear between them,
+/// one quadrature point in the middle ([physics.md] 3). Per unit reference area, with J = h^2/3:
 ///
-///   W = E h/(1-nu^2) [e11^2 + 2 nu e11 e22 + e22^2 + J (d11^2 + 2 nu d11 d22 + d22^2)] + h G beta^2
-///   R = 3 eta h/(1-nu^2) [the same form in strain rates] + h eta beta_dot^2   (power lost: 2 R)
-///   e11 = (lambda^2 + beta^2 - 1)/2 = (r'^2 + z'^2 - 1)/2,  e22 = (r^2/r*^2 - 1)/2,
-///   d11 = mu* - mu lambda,  d22 = sin(theta*)/r* - r sin(theta)/r*^2,
-///   lambda = r' cos(theta) + z' sin(theta),  beta = -r' sin(theta) + z' cos(theta),  mu = theta'.
-/// Nodal forces are -dW/dq - dR/dq_dot times the element's reference area, so N_X, N_phi, M_X, M_phi
-/// and H of [Renda] eq. 8 (with errata 9, 11) are the conjugates of W by construction.
+///   W = E h/(1-nu^2) [e11^2 + 2 nu e11 e22 + e22^2 + J (d11^2 + 2 nu d11 d22 + d22^2)] + h G
+///   beta^2 R = 3 eta h/(1-nu^2) [the same form in strain rates] + h eta beta_dot^2   (power lost:
+///   2 R) e11 = (lambda^2 + beta^2 - 1)/2 = (r'^2 + z'^2 - 1)/2,  e22 = (r^2/r*^2 - 1)/2, d11 = mu*
+///   - mu lambda,  d22 = sin(theta*)/r* - r sin(theta)/r*^2, lambda = r' cos(theta) + z'
+///   sin(theta),  beta = -r' sin(theta) + z' cos(theta),  mu = theta'.
+/// Nodal forces are -dW/dq - dR/dq_dot times the element's reference area, so N_X, N_phi, M_X,
+/// M_phi and H of [Renda] eq. 8 (with errata 9, 11) are the conjugates of W by construction.
 ///
-/// X-derivatives are taken along the reference chord and theta* is the chord's direction, so that the
-/// discrete reference shape is free of stress.
+/// X-derivatives are taken along the reference chord and theta* is the chord's direction, so that
+/// the discrete reference shape is free of stress.
 
 namespace mantle::model {
 
@@ -30,11 +30,11 @@ struct ShellMaterial {
 };
 
 struct ShellElement {
-  double chord{0};        ///< reference chord [m]
-  double area{0};         ///< reference area, all around [m^2]
-  double radius{0};       ///< r* at the midpoint
-  double theta{0};        ///< theta* at the midpoint (chord direction)
-  double mu{0};           ///< mu*
+  double chord{0};   ///< reference chord [m]
+  double area{0};    ///< reference area, all around [m^2]
+  double radius{0};  ///< r* at the midpoint
+  double theta{0};   ///< theta* at the midpoint (chord direction)
+  double mu{0};      ///< mu*
 };
 
 /// Strains in the order e11, e22, d11, d22, beta; y = (r', z', mu, r, theta) at the midpoint.

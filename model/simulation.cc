@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kSameTime_s = 1e-12;
 constexpr double kRecovery = 2.0;  // growth of a reduced step per success
-// Powers smaller than this share of the largest of the run are not judged: their balance is round-off
-// of the stresses.
+// Powers smaller than this share of the largest of the run are not judged: their balance is
+// round-off of the stresses.
 constexpr double kNegligiblePower = 1e-6;
 
 // Velocity of the first bending mode of a clamped arm, scaled to the asked tip speed.
@@ -68,9 +68,10 @@ Simulation::Simulation(const Plant& plant, const RunSettings& settings)
   if (settings.stepper.integrator == Integrator::kRk4) {
     const double limit = ExplicitStepLimit(plant);
     if (settings.step_s > limit) {
-      throw BadRobot(fmt::format("time.step = {:.6g} s: explicit RK4 is stable up to about {:.3g} s "
-                                 "for this robot; use a smaller step or an implicit integrator",
-                                 settings.step_s, limit));
+      throw BadRobot(
+          fmt::format("time.step = {:.6g} s: explicit RK4 is stable up to about {:.3g} s "
+                      "for this robot; use a smaller step or an implicit integrator",
+                      settings.step_s, limit));
     }
   }
   AddModeVelocity(plant, &state_);
@@ -107,10 +108,11 @@ StepStatus Simulation::CheckRunaway() const {
   const double thrust =
       EvaluateJet(*plant_.robot.mantle, plant_.robot.water.density_kg_m3, flux).thrust_n;
   if (std::abs(thrust) <= jet.runaway_n) return {};
-  return {false, fmt::format("jet_thrust ran away at t = {:.6g} s: thrust {:.4g} N, bound "
-                             "jet_thrust.runaway = {:.4g} N (a rising lip shrinks the volume, which "
-                             "raises the thrust: flux = \"radial\" or place = \"dome\" removes that)",
-                             state_.time_s, thrust, jet.runaway_n)};
+  return {false,
+          fmt::format("jet_thrust ran away at t = {:.6g} s: thrust {:.4g} N, bound "
+                      "jet_thrust.runaway = {:.4g} N (a rising lip shrinks the volume, which "
+                      "raises the thrust: flux = \"radial\" or place = \"dome\" removes that)",
+                      state_.time_s, thrust, jet.runaway_n)};
 }
 
 StepStatus Simulation::TakeStep(double limit_s) {
@@ -159,8 +161,8 @@ void Simulation::AccountStep(double h) {
     powers = &probe_;
   }
   const double output = LockedPower(plant_, state_, work_, a.head<6>());
-  const double input = std::max(powers->stress_power_arms_w(), 0.0) +
-                       std::max(powers->stress_power_mantle_w(), 0.0);
+  const double input =
+      std::max(powers->stress_power_arms_w(), 0.0) + std::max(powers->stress_power_mantle_w(), 0.0);
   account_.time_s += h;
   account_.output_j += h * output;
   account_.positive_output_j += h * std::max(output, 0.0);
@@ -212,8 +214,8 @@ Sample Simulation::Observe() {
   s.centre_of_mass_m = solid.centre_m + drift;
   s.momentum = EvaluateMomentum(plant_, state_, work_);
   s.energies = EvaluateEnergies(plant_, state_, work_);
-  s.energies.kinetic_solid_j += current.dot(solid.momentum_kg_m_s) +
-                                0.5 * solid.mass_kg * current.squaredNorm();
+  s.energies.kinetic_solid_j +=
+      current.dot(solid.momentum_kg_m_s) + 0.5 * solid.mass_kg * current.squaredNorm();
   s.volume_m3 = work_.volume_m3;
   s.volume_rate_m3_s = work_.volume_rate_m3_s;
   s.thrust_n = work_.thrust_n;
@@ -221,8 +223,8 @@ Sample Simulation::Observe() {
   s.cable_rate_m_s = work_.cable_rate_m_s;
   s.cable_tension_n = work_.cable_tension_n;
   s.index_output_w = LockedPower(plant_, state_, work_, acceleration_.head<6>());
-  s.index_input_w = std::max(probe_.stress_power_arms_w(), 0.0) +
-                    std::max(probe_.stress_power_mantle_w(), 0.0);
+  s.index_input_w =
+      std::max(probe_.stress_power_arms_w(), 0.0) + std::max(probe_.stress_power_mantle_w(), 0.0);
   return s;
 }
 

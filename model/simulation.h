@@ -10,18 +10,18 @@
 #include "model/plant.h"
 #include "model/stepper.h"
 
-/// A run: steps aligned with break points and output times, retried at half the step where they fail,
-/// with energies and indices accounted. Plain values out; no files here.
+/// A run: steps aligned with break points and output times, retried at half the step where they
+/// fail, with energies and indices accounted. Plain values out; no files here.
 
 namespace mantle::model {
 
 struct RunSettings {
   double duration_s{1};
-  double step_s{0.01};           ///< of the fixed-step integrators; CVODE's longest step
-  double min_step_s{1e-6};       ///< retries stop there
+  double step_s{0.01};      ///< of the fixed-step integrators; CVODE's longest step
+  double min_step_s{1e-6};  ///< retries stop there
   double output_interval_s{0.01};
   StepperSettings stepper;
-  bool account_energy{true};     ///< works, drift, indices
+  bool account_energy{true};  ///< works, drift, indices
 };
 
 /// What an observer sees at t = 0, every output interval and the end. Poses and twists are in the
@@ -58,8 +58,8 @@ struct RunResult {
   double sim_time_s{0};
   StepCounters counters;
   double power_balance_residual{0};  ///< largest over the samples (exact coupling)
-  bool balance_defined{true};        ///< false for frozen coupling: the two figures then mean nothing
-  double energy_drift{0};  ///< |E(T) - E(0) - work + dissipated| over the energy turned over
+  bool balance_defined{true};  ///< false for frozen coupling: the two figures then mean nothing
+  double energy_drift{0};      ///< |E(T) - E(0) - work + dissipated| over the energy turned over
   EnergeticIndex index;
   Sample last;
   std::vector<std::string> work_names;
@@ -82,7 +82,8 @@ class Simulation {
   StepStatus AdvanceTo(double t_s);
   Sample Observe();
 
-  /// All of a run. `observer` sees every sample; returning false stops the run there (not an error).
+  /// All of a run. `observer` sees every sample; returning false stops the run there (not an
+  /// error).
   RunResult Run(const std::function<bool(const Sample&)>& observer = {});
 
   /// Text of everything a resumed run needs; restoring it continues with the same bits.

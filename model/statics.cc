@@ -10,10 +10,11 @@
 namespace mantle::model {
 namespace {
 
-constexpr double kMaxIncrement = 0.5;       // rad or body lengths: an iteration beyond has failed
-constexpr int kWantedIterations = 5;        // of an arc-length step; its length adapts to this
-constexpr double kLimitResolution = 1e-7;   // relative, of the located limit load
-constexpr double kSmallestStep = 1e-6;      // of the first load step
+constexpr double kMaxIncrement = 0.5;      // rad or body lengths: an iteration beyond has failed
+constexpr int kWantedIterations = 5;       // of an arc-length step; its length adapts to this
+constexpr double kLimitResolution = 1e-4;  // of the path's length scale: the load there is off by
+                                           // the square of it
+constexpr double kSmallestStep = 1e-6;     // of the first load step
 
 void Scale(const Plant& plant, const PlantInputs& full, double factor, PlantInputs* inputs) {
   *inputs = full;
@@ -40,7 +41,11 @@ void Scale(const Plant& plant, const PlantInputs& full, double factor, PlantInpu
 class Statics {
  public:
   Statics(const Plant& plant, const StaticsSettings& settings)
-      : plant_(plant), settings_(settings), matrix_(plant), work_(plant), state_(InitialState(plant)),
+      : plant_(plant),
+        settings_(settings),
+        matrix_(plant),
+        work_(plant),
+        state_(InitialState(plant)),
         trial_(state_) {
     state_.velocity.setZero();
     trial_.velocity.setZero();
@@ -154,8 +159,7 @@ class Statics {
     p.load_factor = lambda_;
     p.volume_m3 = plant_.shell ? ShellVolume(state_.shape) : 0.0;
     for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
-      p.tips_m.push_back(
-          AbsolutePose(plant_, state_, a, plant_.rods[a].element_count()).position);
+      p.tips_m.push_back(AbsolutePose(plant_, state_, a, plant_.rods[a].element_count()).position);
     }
     p.stability = matrix_.DeterminantSign(plant_);
     result_.path.push_back(p);
@@ -175,9 +179,10 @@ class Statics {
       }
       step *= 0.5;
       if (step < smallest) {
-        reason_ = fmt::format("no equilibrium beyond load factor {:.6g}: {}; a limit point may lie "
-                              "there (arc_length passes it)",
-                              lambda_, reason_);
+        reason_ = fmt::format(
+            "no equilibrium beyond load factor {:.6g}: {}; a limit point may lie "
+            "there (arc_length passes it)",
+            lambda_, reason_);
         return false;
       }
     }
@@ -197,7 +202,8 @@ class Statics {
     total_.tail(shape) += step_.tail(shape);
   }
 
-  // One arc-length step of length ds from state_ along `direction`; false where it does not converge.
+  // One arc-length step of length ds from state_ along `direction`; false where it does not
+  // converge.
   bool ArcStep(double ds, int* used) {
     trial_ = state_;
     double lambda = lambda_;
@@ -269,8 +275,7 @@ class Statics {
       }
       if (lambda_ < before_lambda && !result_.limit_load_factor) {
         // Passed a maximum between two points ago and here: come closer with shorter steps.
-        if (std::abs(before_lambda - lambda_) > kLimitResolution * std::abs(before_lambda) &&
-            ds > 1e-3 * shortest) {
+        if (ds > kLimitResolution * longest) {
           state_ = before;
           lambda_ = before_lambda;
           previous_ = direction;
@@ -332,8 +337,9 @@ class Statics {
 StaticsResult SolveStatics(const Plant& plant, const StaticsSettings& settings,
                            const std::function<void(const StaticsPoint&)>& progress) {
   if (plant.root_free()) {
-    throw BadRobot("robot.root = \"free\": statics needs a clamped root, a free robot has no unique "
-                   "equilibrium");
+    throw BadRobot(
+        "robot.root = \"free\": statics needs a clamped root, a free robot has no unique "
+        "equilibrium");
   }
   return Statics(plant, settings).Solve(progress);
 }

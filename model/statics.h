@@ -7,13 +7,14 @@
 
 #include "model/plant.h"
 
-/// Equilibrium f(q, 0, lambda) = 0 of a clamped robot under its loads at t = time, all scaled by the
-/// load factor lambda: Newton with load steps, or arc length (Crisfield's cylinder) past limit points.
+/// Equilibrium f(q, 0, lambda) = 0 of a clamped robot under its loads at t = time, all scaled by
+/// the load factor lambda: Newton with load steps, or arc length (Crisfield's cylinder) past limit
+/// points.
 
 namespace mantle::model {
 
 struct StaticsSettings {
-  double time_s{0};           ///< at which schedules are evaluated
+  double time_s{0};  ///< at which schedules are evaluated
   int load_steps{10};
   bool arc_length{false};
   double max_load_factor{1};  ///< stop there; arc length also stops after passing a limit point

@@ -64,9 +64,9 @@ class Stepper {
 
 std::unique_ptr<Stepper> MakeStepper(const Plant& plant, const StepperSettings& settings);
 
-/// Largest step [s] for which explicit RK4 is stable at the initial state: from the spectral radii of
-/// M^-1 D and M^-1 K (power iteration), the worst root of s^2 + d s + k on RK4's stability region, with
-/// 5 % in hand ([physics.md] 7).
+/// Largest step [s] for which explicit RK4 is stable at the initial state: from the spectral radii
+/// of M^-1 D and M^-1 K (power iteration), the worst root of s^2 + d s + k on RK4's stability
+/// region, with 5 % in hand ([physics.md] 7).
 double ExplicitStepLimit(const Plant& plant);
 
 /// The seams' implementations, one file each.
