@@ -141,7 +141,7 @@ TEST(NewtonMatrix, ArmWithGivenTensionIsExact) {
   ExpectExact(robot, 0.7);
 }
 
-TEST(NewtonMatrix, ArmWithReeledCablesActiveAndSlackIsExact) {
+TEST(NewtonMatrix, ArmWithReeledCablesActiveAndSlackIsExactAtRest) {
   for (double stiffness : {100.0, 1e5}) {
     Robot robot = ClampedArm();
     robot.arms[0].cables = {Reeled("pulls", 0.3, -0.1, stiffness),
@@ -151,8 +151,13 @@ TEST(NewtonMatrix, ArmWithReeledCablesActiveAndSlackIsExact) {
     ASSERT_GT(p.work.cable_tension_n[0], 0.0);
     ASSERT_EQ(p.work.cable_tension_n[1], 0.0);
     ASSERT_GT(p.work.cable_tension_n[2], 0.0);
-    // tension 1e4 N at 1e5 N/m: differences of the force lose as many digits
-    ExpectExact(robot, 0.7, stiffness > 1e3 ? 1e-4 : kExact);
+    // In motion the damping's tension d l_dot also varies with the shape at given twists. That is
+    // left out: relative gamma h times the strain rates, some 3 ms times 0.3/s.
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 1), 3e-3);
+    p.state.velocity.setZero();
+    p.Evaluate();
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 1), kExact);
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 0.0, 1), kExact);
   }
 }
 
@@ -192,6 +197,7 @@ TEST(NewtonMatrix, MantleWithReeledSpokesIsExact) {
 TEST(NewtonMatrix, MantleWithSymmetricAndSupportedEndsIsExact) {
   Robot robot = ClampedMantle();
   robot.mantle->pieces = {{0.06, 0.0}};
+  robot.mantle->stations_m.clear();
   robot.mantle->r0_m = 0.0;
   robot.mantle->theta0_rad = 0.0;
   robot.mantle->start = ShellEnd::kSymmetric;
@@ -209,7 +215,7 @@ TEST(NewtonMatrix, ThrustAndDragOfTheMantleLeaveTheirVariationInShapeOut) {
     for (ThrustPlace place : {ThrustPlace::kUniform, ThrustPlace::kDome}) {
       robot.effects.jet_thrust = JetThrust{flux, place};
       Problem p(robot, 0.7, 5);
-      ASSERT_GT(std::abs(p.work.thrust_n), 1e-3);
+      ASSERT_GT(std::abs(p.work.thrust_n), 1e-4);
       const double leftover = LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 5);
       EXPECT_LT(leftover, 2e-2);
       RecordProperty("leftover", std::to_string(leftover));
