@@ -52,10 +52,14 @@ Tableau TableauOf(Integrator kind) {
   return t;
 }
 
-// The matrix is refreshed when an iteration contracts worse than this, and the step is given up
-// when it does not contract.
-constexpr double kRefreshContraction = 0.05;
+// A matrix that contracts worse than kPoorContraction is made anew within the stage, one that
+// contracts worse than kRefreshContraction before the next; the step is given up when even a matrix
+// of the stage itself does not contract.
+constexpr double kPoorContraction = 0.1;
+constexpr double kRefreshContraction = 0.03;
 constexpr double kFailContraction = 0.9;
+// What the first iteration of a stage is taken to contract by at best, before it has been seen.
+constexpr double kAssumedContraction = 0.1;
 // Steps whose sizes differ by less share a matrix.
 constexpr double kSameStep = 1e-9;
 
@@ -82,27 +86,23 @@ class ImplicitStepper final : public Stepper {
   }
 
   StepStatus Step(double h, PlantState* state, EnergyAccount* energy) override {
-    for (int attempt = 0; attempt < 2; ++attempt) {
-      const Outcome outcome = Attempt(h, *state, energy);
-      if (outcome == Outcome::kDone) {
-        std::swap(state->pose, stage_.pose);
-        std::swap(state->shape, stage_.shape);
-        state->velocity.swap(stage_.velocity);
-        state->time_s += h;
-        guess_ = accelerations_[tableau_.stages - 1];
-        ++counters_.steps;
-        return {};
-      }
-      if (outcome == Outcome::kFailed || matrix_fresh_) break;
-      matrix_valid_ = false;  // one more try with a matrix of this step
+    if (!Attempt(h, *state, energy)) {
+      matrix_valid_ = false;
+      ++counters_.rejected;
+      return {false, reason_};
     }
-    matrix_valid_ = false;
-    ++counters_.rejected;
-    return {false, reason_};
+    std::swap(state->pose, stage_.pose);
+    std::swap(state->shape, stage_.shape);
+    state->velocity.swap(stage_.velocity);
+    state->time_s += h;
+    guess_ = accelerations_[tableau_.stages - 1];
+    ++counters_.steps;
+    return {};
   }
 
   const VectorX& acceleration() const override { return guess_; }
   const StepCounters& counters() const override { return counters_; }
+  const PlantWork* end_work() const override { return &work_; }
 
   void Restart() override {
     matrix_valid_ = false;
@@ -167,15 +167,12 @@ class ImplicitStepper final : public Stepper {
   }
 
  private:
-  enum class Outcome { kDone, kSlow, kFailed };
-
   void Inputs(double t, bool from_left) {
     EvaluateInputs(plant_, t, from_left, &inputs_);
     if (settings_.input_hook) settings_.input_hook(t, from_left, &inputs_);
   }
 
-  Outcome Attempt(double h, const PlantState& start, EnergyAccount* energy) {
-    matrix_fresh_ = false;
+  bool Attempt(double h, const PlantState& start, EnergyAccount* energy) {
     if (energy != nullptr) energy->Begin();
     const double s = 1.0 / (tableau_.gamma * h);
     for (int i = 0; i < tableau_.stages; ++i) {
@@ -190,22 +187,16 @@ class ImplicitStepper final : public Stepper {
       Inputs(t, from_left);
       const VectorX& guess = i == 0 ? guess_ : accelerations_[i - 1];
       theta_ = theta_known_ + (1.0 / s) * (velocity_known_ + (1.0 / s) * guess);
-      const Outcome outcome = SolveStage(start, t, from_left, s);
-      if (outcome != Outcome::kDone) return outcome;
+      if (!SolveStage(start, t, from_left, s)) return false;
       theta_rates_[i] = theta_rate_;
       accelerations_[i] = acceleration_;
       if (energy != nullptr) {
-        ++counters_.evaluations;  // the last one was a correction ago
-        if (const EvaluationFailure failure = EvaluateForces(plant_, stage_, inputs_, &work_)) {
-          reason_ = failure.Message();
-          return Outcome::kSlow;
-        }
         energy->EvaluatePowers(plant_, stage_, inputs_, work_, acceleration_);
         energy->Accumulate(h * tableau_.a[tableau_.stages - 1][i]);
       }
     }
     if (energy != nullptr) energy->Commit();
-    return Outcome::kDone;
+    return true;
   }
 
   // From theta_: stage_ (pose, shape, velocity), theta_rate_ and acceleration_.
@@ -251,14 +242,15 @@ class ImplicitStepper final : public Stepper {
     return std::max(angular, linear / plant_.body_length_m);
   }
 
-  Outcome SolveStage(const PlantState& start, double t, bool from_left, double s) {
+  bool SolveStage(const PlantState& start, double t, bool from_left, double s) {
     double previous = 0;
+    bool fresh = false;
     for (int k = 0; k <= settings_.newton_max_iterations; ++k) {
       Unpack(start, t, s);
       ++counters_.evaluations;
       if (const EvaluationFailure failure = EvaluateForces(plant_, stage_, inputs_, &work_)) {
         reason_ = failure.Message();
-        return k == 0 && matrix_valid_ ? Outcome::kFailed : Outcome::kSlow;
+        return false;
       }
       if (!matrix_valid_ || std::abs(matrix_s_ / s - 1.0) > kSameStep) {
         matrix_state_.pose = stage_.pose;
@@ -271,44 +263,46 @@ class ImplicitStepper final : public Stepper {
         if (!matrix_.Factor(plant_, stage_, inputs_, work_, s, 0.5)) {
           reason_ = "iteration matrix is singular";
           matrix_valid_ = false;
-          return Outcome::kFailed;
+          return false;
         }
-        matrix_valid_ = true;
-        matrix_fresh_ = true;
+        matrix_valid_ = fresh = true;
       }
       ApplyMass(plant_, work_, acceleration_, &residual_);
       residual_ -= work_.force;
       if (!plant_.root_free()) residual_.head<6>().setZero();
-      if (residual_.isZero(0.0)) return Outcome::kDone;
+      if (residual_.isZero(0.0)) return true;
       matrix_.Solve(plant_, &residual_);
       const double size = Correct();
       ++counters_.newton_iterations;
       if (!std::isfinite(size)) {
         reason_ = "Newton iteration: an increment is not finite";
-        return Outcome::kSlow;
+        return false;
       }
-      double contraction = contraction_;
-      if (k > 0 && previous > 0) contraction = size / previous;
+      const double contraction =
+          k > 0 ? size / previous : std::max(contraction_, kAssumedContraction);
       // What this correction leaves: contraction / (1 - contraction) of it.
       if (contraction < 1.0 &&
           size * contraction / (1.0 - contraction) < settings_.newton_tolerance) {
         Unpack(start, t, s);
-        if (k > 0) contraction_ = std::max(contraction, 1e-3);
-        if (k > 1 && contraction > kRefreshContraction) matrix_valid_ = false;
-        return Outcome::kDone;
+        if (k > 0) contraction_ = contraction;
+        if (k > 0 && contraction > kRefreshContraction) matrix_valid_ = false;
+        return true;
       }
-      if (k > 1 && contraction > kFailContraction && size > 1e3 * settings_.newton_tolerance) {
+      if (k > 0 && contraction > kPoorContraction && !fresh) {
+        matrix_valid_ = false;
+      } else if (k > 1 && fresh && contraction > kFailContraction &&
+                 size > 1e3 * settings_.newton_tolerance) {
         reason_ = fmt::format(
             "Newton iteration does not converge at t = {:.6g} s, h = {:.3g} s (contraction {:.2g}, "
             "last increment {:.2g})",
             t, 1.0 / (s * tableau_.gamma), contraction, size);
-        return Outcome::kSlow;
+        return false;
       }
       previous = size;
     }
     reason_ = fmt::format("Newton iteration: {} iterations at t = {:.6g} s did not reach {:.1g}",
                           settings_.newton_max_iterations, t, settings_.newton_tolerance);
-    return Outcome::kSlow;
+    return false;
   }
 
   const Plant& plant_;
@@ -323,7 +317,7 @@ class ImplicitStepper final : public Stepper {
   StepCounters counters_;
   std::string reason_;
   double matrix_s_{0}, contraction_{0.1};
-  bool matrix_valid_{false}, matrix_fresh_{false}, matrix_from_left_{false};
+  bool matrix_valid_{false}, matrix_from_left_{false};
 };
 
 }  // namespace

@@ -150,17 +150,17 @@ StepStatus Simulation::AdvanceTo(double t_s) {
 
 void Simulation::AccountStep(double h) {
   const VectorX& a = stepper_->acceleration();
-  const Integrator kind = settings_.stepper.integrator;
   const EnergyAccount* powers = &energy_;
-  // The last stage of the implicit methods is the end of the step; the others are evaluated here.
-  EvaluateInputs(plant_, state_.time_s, true, &inputs_);
-  if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, true, &inputs_);
-  if (EvaluateForces(plant_, state_, inputs_, &work_)) return;
-  if (kind == Integrator::kRk4 || kind == Integrator::kCvode) {
+  const PlantWork* work = stepper_->end_work();
+  if (work == nullptr) {
+    EvaluateInputs(plant_, state_.time_s, true, &inputs_);
+    if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, true, &inputs_);
+    if (EvaluateForces(plant_, state_, inputs_, &work_)) return;
     probe_.EvaluatePowers(plant_, state_, inputs_, work_, a);
     powers = &probe_;
+    work = &work_;
   }
-  const double output = LockedPower(plant_, state_, work_, a.head<6>());
+  const double output = LockedPower(plant_, state_, *work, a.head<6>());
   const double input =
       std::max(powers->stress_power_arms_w(), 0.0) + std::max(powers->stress_power_mantle_w(), 0.0);
   account_.time_s += h;
@@ -172,8 +172,6 @@ void Simulation::AccountStep(double h) {
     account_.ratio_s += h * output / input;
     account_.positive_ratio_s += h * std::max(output, 0.0) / input;
   }
-  account_.peak_energy_j =
-      std::max(account_.peak_energy_j, EvaluateEnergies(plant_, state_, work_).total());
 }
 
 Sample Simulation::Observe() {
@@ -214,6 +212,7 @@ Sample Simulation::Observe() {
   s.centre_of_mass_m = solid.centre_m + drift;
   s.momentum = EvaluateMomentum(plant_, state_, work_);
   s.energies = EvaluateEnergies(plant_, state_, work_);
+  account_.peak_energy_j = std::max(account_.peak_energy_j, s.energies.total());
   s.energies.kinetic_solid_j +=
       current.dot(solid.momentum_kg_m_s) + 0.5 * solid.mass_kg * current.squaredNorm();
   s.volume_m3 = work_.volume_m3;

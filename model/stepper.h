@@ -28,7 +28,7 @@ using InputHook = std::function<void(double t_s, bool from_left, PlantInputs* in
 struct StepperSettings {
   Integrator integrator{Integrator::kSdirk2};
   /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths.
-  double newton_tolerance{1e-9};
+  double newton_tolerance{1e-8};
   int newton_max_iterations{12};
   double relative_tolerance{1e-6};  ///< CVODE
   double absolute_tolerance{1e-8};  ///< CVODE, in rad, body lengths, and per second
@@ -54,6 +54,9 @@ class Stepper {
   /// Acceleration v_dot at the end of the last step.
   virtual const VectorX& acceleration() const = 0;
   virtual const StepCounters& counters() const = 0;
+  /// What was evaluated at the end of the last step, one negligible correction ago; null where the
+  /// method evaluates nothing there. The energy account's powers are then of that instant.
+  virtual const PlantWork* end_work() const { return nullptr; }
 
   /// What a restart needs to continue with the same bits (predictor and iteration-matrix state).
   virtual std::string SaveMemory() const = 0;
