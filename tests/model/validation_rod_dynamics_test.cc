@@ -110,8 +110,8 @@ TEST(CosseratRod, ReleasedFromModeOneItSwingsAtItsFrequency) {
 }
 
 Robot Spaghetti() {
-  // Simo & Vu-Quoc, CMAME 66 (1988) 125, section 5.6: L 10, EA = GA = 1e4, GJ = EI = 500, A rho = 1,
-  // J rho = 10, force and moments on the end at the lower right until t = 5.
+  // Simo & Vu-Quoc, CMAME 66 (1988) 125, section 5.6: L 10, EA = GA = 1e4, GJ = EI = 500, A rho =
+  // 1, J rho = 10, force and moments on the end at the lower right until t = 5.
   Robot robot;
   robot.name = "spaghetti";
   Arm arm;
@@ -133,36 +133,53 @@ Robot Spaghetti() {
   return robot;
 }
 
-TEST(CosseratRod, FlyingSpaghettiKeepsMomentumAndEnergyAfterThePulse) {
+struct Drift {
+  double impulse, linear, angular, energy;
+};
+// Errors of a step: momentum gained until t = 5 against the impulse, then changes until t = 10.
+Drift DriftOf(Integrator integrator, double h) {
   const Plant plant(Spaghetti());
-  double previous_angular = 0, previous_energy = 0;
-  for (double h : {0.02, 0.01}) {
-    Simulation simulation(plant, Settings(Integrator::kSdirk3, h, 10));
-    ASSERT_TRUE(simulation.AdvanceTo(5.0).ok);
-    const Sample start = simulation.Observe();
-    // The impulse of the pulse, 1/2 5 200/10 along e1: linear loads are integrated exactly.
-    EXPECT_NEAR(start.momentum(3), 50.0, 1e-6);
-    EXPECT_LT(start.momentum.tail<2>().norm(), 1e-6);
-    ASSERT_TRUE(simulation.AdvanceTo(10.0).ok);
-    const Sample end = simulation.Observe();
-    EXPECT_LT((end.momentum.tail<3>() - start.momentum.tail<3>()).norm(), 1e-6);
-    const double angular = (end.momentum.head<3>() - start.momentum.head<3>()).norm() /
-                           start.momentum.head<3>().norm();
-    const double energy =
-        std::abs(end.energies.total() - start.energies.total()) / start.energies.total();
-    EXPECT_LT(angular, 2e-4 * std::pow(h / 0.01, 3)) << h;
-    EXPECT_LT(energy, 1e-2 * std::pow(h / 0.01, 3)) << h;
-    if (h < 0.015) {
-      EXPECT_GT(tests::Order(previous_angular, angular), 2.0);  // SDIRK3: towards 3
-      EXPECT_GT(tests::Order(previous_energy, energy), 2.0);
-    }
-    previous_angular = angular;
-    previous_energy = energy;
+  Simulation simulation(plant, Settings(integrator, h, 10));
+  EXPECT_TRUE(simulation.AdvanceTo(5.0).ok);
+  const Sample start = simulation.Observe();
+  EXPECT_TRUE(simulation.AdvanceTo(10.0).ok);
+  const Sample end = simulation.Observe();
+  const Vector6 change = end.momentum - start.momentum;
+  // The impulse of the pulse is 1/2 5 200/10 = 50 along e1.
+  return {(start.momentum.tail<3>() - Vector3(50, 0, 0)).norm() / 50.0,
+          change.tail<3>().norm() / 50.0, change.head<3>().norm() / start.momentum.head<3>().norm(),
+          std::abs(end.energies.total() / start.energies.total() - 1.0)};
+}
+
+TEST(CosseratRod, FlyingSpaghettiKeepsMomentumAndEnergy) {
+  // Twists are body-fixed, so momentum is kept to the integrator's order, and no better. Measured
+  // with RK4 at 2.5 ms: 2e-9, 8e-9, 2e-8, 2e-11; a tenfold margin.
+  const Drift d = DriftOf(Integrator::kRk4, 0.0025);
+  EXPECT_LT(d.impulse, 2e-8);
+  EXPECT_LT(d.linear, 1e-7);
+  EXPECT_LT(d.angular, 2e-7);
+  EXPECT_LT(d.energy, 5e-10);
+}
+
+TEST(CosseratRod, FlyingSpaghettiKeepsThemAtTheOrderOfTheIntegrator) {
+  const struct {
+    Integrator integrator;
+    double step, order;
+  } cases[] = {
+      {Integrator::kSdirk2, 0.01, 2}, {Integrator::kSdirk3, 0.005, 3}, {Integrator::kRk4, 0.01, 4}};
+  for (const auto& c : cases) {
+    const Drift coarse = DriftOf(c.integrator, c.step), fine = DriftOf(c.integrator, 0.5 * c.step);
+    constexpr double kSlack = 0.5;  // of the order: the last terms of the expansion still show
+    EXPECT_GT(tests::Order(coarse.impulse, fine.impulse), c.order - kSlack) << c.order;
+    EXPECT_GT(tests::Order(coarse.linear, fine.linear), c.order - kSlack) << c.order;
+    EXPECT_GT(tests::Order(coarse.angular, fine.angular), c.order - kSlack) << c.order;
+    EXPECT_GT(tests::Order(coarse.energy, fine.energy), c.order - kSlack) << c.order;
   }
 }
 
 TEST(CosseratRod, TumblingArmInIdealFluidKeepsEnergyAndMomentum) {
-  // Erratum 1: without the Munk moment it gains 46 % in 0.5 s. The issue asks for 0.1 %.
+  // Erratum 1: without the Munk moment it gains 46 % in 0.5 s. The issue asks for 0.1 %; the start
+  // from rigid rotation excites everything up to 2e3 rad/s, so that steps must resolve that.
   constexpr double kRelative = 1e-3;
   Robot robot;
   robot.name = "arm";
@@ -170,17 +187,21 @@ TEST(CosseratRod, TumblingArmInIdealFluidKeepsEnergyAndMomentum) {
   robot.effects.added_mass = true;
   robot.root_twist << 3.0, 4.0, 2.0, 0.3, -0.2, 0.4;
   const Plant plant(robot);
-  Simulation simulation(plant, Settings(Integrator::kSdirk3, 1e-3, 0.5));
-  const Sample start = simulation.Observe();
-  double worst = 0;
-  const RunResult result = simulation.Run([&](const Sample& s) {
-    worst = std::max(worst, std::abs(s.energies.total() / start.energies.total() - 1.0));
-    return true;
-  });
-  ASSERT_TRUE(result.ok) << result.reason;
-  EXPECT_LT(worst, kRelative);
-  EXPECT_GT(result.last.energies.elastic_arms_j, 0.02 * start.energies.total());  // it bends
-  EXPECT_LT((result.last.momentum - start.momentum).norm(), kRelative * start.momentum.norm());
+  const auto worst_of = [&](Integrator integrator, double h) {
+    Simulation simulation(plant, Settings(integrator, h, 0.5));
+    const Sample start = simulation.Observe();
+    double worst = 0;
+    const RunResult result = simulation.Run([&](const Sample& s) {
+      worst = std::max(worst, std::abs(s.energies.total() / start.energies.total() - 1.0));
+      return true;
+    });
+    EXPECT_TRUE(result.ok) << result.reason;
+    EXPECT_GT(result.last.energies.elastic_arms_j, 0.1 * start.energies.total());  // it bends
+    EXPECT_LT((result.last.momentum - start.momentum).norm(), kRelative * start.momentum.norm());
+    return worst;
+  };
+  EXPECT_LT(worst_of(Integrator::kSdirk2, 2.5e-4), kRelative);
+  EXPECT_LT(worst_of(Integrator::kRk4, 1.25e-4), 0.1 * kRelative);
 }
 
 TEST(Cable, StiffReeledCableIsStableAtTenMilliseconds) {
@@ -191,24 +212,31 @@ TEST(Cable, StiffReeledCableIsStableAtTenMilliseconds) {
   const TableSchedule draw{{0.1, 0.5}, {0.0, -0.02}};
   robot.arms[0].cables = {{"winch", 0.6, 0.0, 0.0, 0.42, ReeledLength{draw, 1e5, 100.0}}};
   const Plant plant(robot);
-  Simulation simulation(plant, Settings(Integrator::kSdirk2, 0.01, 3.0));
-  double previous = 0, jump = 0;
-  const RunResult result = simulation.Run([&](const Sample& s) {
-    if (s.time_s > 2.0) jump = std::max(jump, std::abs(s.cable_tension_n[0] - previous));
-    previous = s.cable_tension_n[0];
-    return true;
-  });
-  ASSERT_TRUE(result.ok) << result.reason;
-  EXPECT_EQ(result.counters.rejected, 0);
-  const double length = 0.42 - 0.02 + previous / 1e5;  // reel plus the cable's stretch
-  EXPECT_NEAR(result.last.cable_length_m[0], length, 1e-6);
-  EXPECT_GT(previous, 0.05);
-  EXPECT_LT(previous, 5.0);
-  EXPECT_LT(jump, 0.02 * previous);  // settled: no chatter from step to step
-  // and it is where statics says
-  robot.arms[0].cables[0].drive = ReeledLength{ConstantSchedule{-0.02}, 1e5, 100.0};
-  const Vector3 still = tests::Equilibrium(robot, 20).path.back().tips_m[0];
-  EXPECT_LT((result.last.tips[0].position - still).norm(), 0.01 * 0.42);  // slow last creep
+  const auto tip_after = [&](double h, long allowed_rejections) {
+    RunSettings settings = Settings(Integrator::kSdirk2, h, 2.0);
+    settings.output_interval_s = h;
+    Simulation simulation(plant, settings);
+    double tension = 0, previous = 0, jump = 0;
+    const RunResult result = simulation.Run([&](const Sample& s) {
+      tension = s.cable_tension_n[0];
+      if (s.time_s > 0.6) {  // held: the cable's length stays on the reel plus its stretch
+        EXPECT_NEAR(s.cable_length_m[0], 0.40 + tension / 1e5, 3e-6) << s.time_s;
+        EXPECT_GT(tension, 0.5);
+        EXPECT_LT(tension, 1.5);
+        jump = std::max(jump, std::abs(tension - previous));
+      }
+      previous = tension;
+      return true;
+    });
+    EXPECT_TRUE(result.ok) << result.reason;
+    // The rod swings at 5 rad/s: 10 % per 10 ms without chatter
+    EXPECT_LT(jump, 10.0 * h);
+    EXPECT_LE(result.counters.rejected, allowed_rejections) << h;
+    return result.last.tips[0].position;
+  };
+  // Steps are tried again shorter where the cable goes taut or slack within them.
+  const Vector3 coarse = tip_after(0.01, 20), fine = tip_after(0.001, 20);
+  EXPECT_LT((coarse - fine).norm(), 1e-3 * 0.42);
 }
 
 }  // namespace
