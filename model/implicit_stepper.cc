@@ -91,6 +91,7 @@ class ImplicitStepper final : public Stepper {
       ++counters_.rejected;
       return {false, reason_};
     }
+    for (Pose& p : stage_.pose) p.rotation.normalize();  // round-off of products, once a step
     std::swap(state->pose, stage_.pose);
     std::swap(state->shape, stage_.shape);
     state->velocity.swap(stage_.velocity);
@@ -201,16 +202,24 @@ class ImplicitStepper final : public Stepper {
 
   // From theta_: stage_ (pose, shape, velocity), theta_rate_ and acceleration_.
   void Unpack(const PlantState& start, double t, double s) {
-    Retract(plant_, start, theta_, &stage_);
     stage_.time_s = t;
     theta_rate_ = s * (theta_ - theta_known_);
     VectorX& v = stage_.velocity;
-    v.head<6>() = TangentOperatorTimes(theta_.head<6>(), theta_rate_.head<6>());
+    const auto move = [&](int pose, int at) {
+      const PoseAndTwist m = ExpAndTangent(theta_.segment<6>(at), theta_rate_.segment<6>(at));
+      stage_.pose[pose] = start.pose[pose] * m.pose;
+      v.segment<6>(at) = m.twist;
+    };
+    move(0, 0);
     for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
-      for (int k = 1; k <= plant_.rods[a].element_count(); ++k) {
-        const int at = plant_.ArmVelocity(a, k);
-        v.segment<6>(at) = TangentOperatorTimes(theta_.segment<6>(at), theta_rate_.segment<6>(at));
+      const Rod& rod = plant_.rods[a];
+      stage_.pose[plant_.ArmPose(a, 0)] = plant_.exact() ? stage_.pose[0] * rod.mount : rod.mount;
+      for (int k = 1; k <= rod.element_count(); ++k) {
+        move(plant_.ArmPose(a, k), plant_.ArmVelocity(a, k));
       }
+    }
+    for (int j = 0; j < plant_.shape_count(); ++j) {
+      stage_.shape[j] = start.shape[j] + theta_.segment<3>(plant_.ShellVelocity(j));
     }
     const int shape = 3 * plant_.shape_count();
     v.tail(shape) = theta_rate_.tail(shape);

@@ -92,6 +92,11 @@ constexpr double kC1[] = {-0.008333333333333333,   0.0003968253968253968,  -8.26
                           3.868170170630684e-22,   -7.091645312822921e-25, 1.1020427836554655e-27,
                           -1.4702951752382032e-30, 1.7025750581749252e-33};
 
+// atan(x)/x in x^2; below kAtanLimit the first term left out is under 2e-17.
+constexpr double kAtan[] = {1.0,       -1.0 / 3, 1.0 / 5,   -1.0 / 7, 1.0 / 9,
+                            -1.0 / 11, 1.0 / 13, -1.0 / 15, 1.0 / 17};
+constexpr double kAtanLimit = 0.018;
+
 template <int Terms>
 double Horner(const double* c, double s) {
   double sum = c[Terms - 1];
@@ -186,11 +191,8 @@ Vector3 LogSO3(const Eigen::Quaterniond& q) {
   const double w = sign * q.w();
   const Vector3 v = sign * q.vec();
   const double n2 = v.squaredNorm();
-  if (n2 < 1e-4) {  // 2 asin-like series of atan(n/w)/n; next term x^12/13 < 1e-25
-    const double x = n2 / (w * w);
-    const double f = 1 - x * (1.0 / 3 - x * (1.0 / 5 - x * (1.0 / 7 - x * (1.0 / 9 - x / 11))));
-    return (2.0 * f / w) * v;
-  }
+  const double x = n2 / (w * w);
+  if (x < kAtanLimit) return (2.0 / w * Horner<9>(kAtan, x)) * v;
   const double n = std::sqrt(n2);
   return (2.0 * std::atan2(n, w) / n) * v;
 }
@@ -209,6 +211,20 @@ Vector6 LogSE3(const Pose& g) {
   Vector6 d;
   d << w, g.position - 0.5 * wp + LogSeries(w.squaredNorm()).c * w.cross(wp);
   return d;
+}
+
+PoseAndTwist ExpAndTangent(const Vector6& d, const Vector6& x) {
+  const Vector3 w = d.head<3>(), v = d.tail<3>(), a = x.head<3>(), b = x.tail<3>();
+  const ExpCoefficients k = ExpSeries(w.squaredNorm());
+  const Vector3 wv = w.cross(v), wa = w.cross(a), va = v.cross(a), wb = w.cross(b);
+  const Vector3 wwa = w.cross(wa);
+  const double dot = 2.0 * w.dot(v);
+  PoseAndTwist out;
+  out.pose = {ExpSO3(w), v + k.b * wv + k.c * w.cross(wv)};
+  out.twist << a - k.b * wa + k.c * wwa, b - k.b * (wb + va) +
+                                             k.c * (w.cross(wb + va) + v.cross(wa)) -
+                                             (dot * k.b1) * wa + (dot * k.c1) * wwa;
+  return out;
 }
 
 Matrix6 Adjoint(const Pose& g) {
@@ -275,6 +291,18 @@ Vector6 TangentOperatorInverseTimes(const Vector6& d, const Vector6& x) {
 
 EvenTangentInverse::EvenTangentInverse(const Vector6& d)
     : omega_(d.head<3>()), v_(d.tail<3>()), k_(LogSeries(omega_.squaredNorm())) {
+  MakeBlocks();
+}
+
+EvenTangentInverse::EvenTangentInverse(const Pose& g, Vector6* d)
+    : omega_(LogSO3(g.rotation)), k_(LogSeries(omega_.squaredNorm())) {
+  const Vector3 wp = omega_.cross(g.position);
+  v_ = g.position - 0.5 * wp + k_.c * omega_.cross(wp);
+  *d << omega_, v_;
+  MakeBlocks();
+}
+
+void EvenTangentInverse::MakeBlocks() {
   // omega x (omega x x) = omega (omega . x) - s x
   const double s = omega_.squaredNorm();
   const double wv = omega_.dot(v_);

@@ -98,12 +98,21 @@ Matrix6 TangentOperatorInverse(const Vector6& d);
 Vector6 TangentOperatorTimes(const Vector6& d, const Vector6& x);
 Vector6 TangentOperatorInverseTimes(const Vector6& d, const Vector6& x);
 
+/// exp(d^) and Jr(d) x in one go: the pose and body twist of a chart's coordinates and their rates.
+struct PoseAndTwist {
+  Pose pose;
+  Vector6 twist;
+};
+PoseAndTwist ExpAndTangent(const Vector6& d, const Vector6& x);
+
 /// The even part E(d) of Jr^-1(d) at one d, prepared once and applied several times. In 3x3 blocks
 /// E = [Ea 0; Eb Ea] with Ea x = x + c omega x (omega x x) and Eb = DEa[v]; Ea and Eb are
 /// symmetric.
 class EvenTangentInverse {
  public:
   explicit EvenTangentInverse(const Vector6& d);
+  /// E(log g) and, in `d`, log g: one pass over the same coefficients.
+  EvenTangentInverse(const Pose& g, Vector6* d);
 
   Vector6 Times(const Vector6& x) const {
     Vector6 y;
@@ -127,6 +136,8 @@ class EvenTangentInverse {
  private:
   Matrix3 FirstDerivative(const Vector3& x) const;   // d(Ea x)/domega
   Matrix3 SecondDerivative(const Vector3& x) const;  // d(DEa[v] x)/domega
+
+  void MakeBlocks();
 
   Vector3 omega_, v_;
   LogCoefficients k_;

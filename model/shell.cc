@@ -92,6 +92,7 @@ ShellElement ElementOf(const MeridianPoint& a, const MeridianPoint& b) {
   e.chord = std::hypot(b.r_m - a.r_m, b.z_m - a.z_m);
   e.radius = 0.5 * (a.r_m + b.r_m);
   e.theta = 0.5 * (a.theta_rad + b.theta_rad);  // the chord's direction, exactly, on line and arc
+  e.sine = std::sin(e.theta);
   e.mu = (b.theta_rad - a.theta_rad) / e.chord;
   return e;
 }

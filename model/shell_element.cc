@@ -42,6 +42,28 @@ Matrix5 WeightedHessian(const ShellElement& e, const ShellElementState& s, const
   return h;
 }
 
+// Rows: d strain_rate / d y, strain_rate = (d strain/d y)(y) y_dot: rows (Hessian_k y_dot)^T.
+Matrix5 StrainRateGradient(const ShellElement& e, const ShellElementState& s) {
+  const double mu = s.y(2), r = s.y(3), beta = s.strain(4);
+  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3),
+               td = s.y_dot(4);
+  const double k = 1.0 / (e.radius * e.radius);
+  Matrix5 g = Matrix5::Zero();
+  g(0, 0) = ad;
+  g(0, 1) = bd;
+  g(1, 3) = rd * k;
+  g(2, 0) = -mud * s.cosine + mu * s.sine * td;
+  g(2, 1) = -mud * s.sine - mu * s.cosine * td;
+  g(2, 2) = -ad * s.cosine - bd * s.sine - beta * td;
+  g(2, 4) = -mud * beta + mu * (ad * s.sine - bd * s.cosine + s.lambda * td);
+  g(3, 3) = -s.cosine * td * k;
+  g(3, 4) = (r * s.sine * td - s.cosine * rd) * k;
+  g(4, 0) = -s.cosine * td;
+  g(4, 1) = -s.sine * td;
+  g(4, 4) = -s.cosine * ad - s.sine * bd - beta * td;
+  return g;
+}
+
 // Symmetric material matrix of the quadratic form, applied: stress = C strain.
 Vector5 Apply(double membrane, double bending, double shear, double nu, const Vector5& x) {
   return Vector5(membrane * (x(0) + nu * x(1)), membrane * (x(1) + nu * x(0)),
@@ -88,7 +110,7 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   const double beta = -a * s.sine + b * s.cosine;
   const double k = 1.0 / (e.radius * e.radius);
   s.strain << 0.5 * (a * a + b * b - 1.0), 0.5 * (r * r * k - 1.0), e.mu - mu * s.lambda,
-      std::sin(e.theta) / e.radius - r * s.sine * k, beta;
+      e.sine / e.radius - r * s.sine * k, beta;
 
   const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3), td = s.y_dot(4);
   const double lambda_dot = ad * s.cosine + bd * s.sine + beta * td;
@@ -127,28 +149,28 @@ void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const S
   const Matrix5 g = StrainGradient(e, s);
   Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
   if (m.viscosity_pa_s > 0.0) {
-    // strain_rate = g(y) y_dot: its derivative in y has rows (Hessian_k y_dot)^T
-    Matrix5 rate_by_y;
-    for (int k = 0; k < 5; ++k) {
-      rate_by_y.row(k) = (WeightedHessian(e, s, Vector5::Unit(k)) * s.y_dot).transpose();
-    }
+    const Matrix5 rate_by_y = StrainRateGradient(e, s);
     dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
   }
   const Matrix5 t =
       e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
-  // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta)
-  using Matrix53 = Eigen::Matrix<double, 5, 3>;
-  Matrix53 j1 = Matrix53::Zero();
-  j1(0, 0) = j1(1, 1) = j1(2, 2) = -1.0 / e.chord;
-  j1(3, 0) = j1(4, 2) = 0.5;
-  Matrix53 j2 = j1;
-  j2.topRows<3>() *= -1.0;
-  const Matrix53 t1 = t * j1;
-  const Matrix53 t2 = t * j2;
-  out->a11.noalias() = j1.transpose() * t1;
-  out->a12.noalias() = j1.transpose() * t2;
-  out->a21.noalias() = j2.transpose() * t1;
-  out->a22.noalias() = j2.transpose() * t2;
+  // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta). With S the slope block, F the slope-mean
+  // blocks carried to (r, z, theta), and G the mean block:
+  const double inv = 1.0 / e.chord;
+  const Matrix3 slope = inv * inv * t.topLeftCorner<3, 3>();
+  Matrix3 right = Matrix3::Zero(), left = Matrix3::Zero(), mean = Matrix3::Zero();
+  right.col(0) = 0.5 * inv * t.col(3).head<3>();
+  right.col(2) = 0.5 * inv * t.col(4).head<3>();
+  left.row(0) = 0.5 * inv * t.row(3).head<3>();
+  left.row(2) = 0.5 * inv * t.row(4).head<3>();
+  mean(0, 0) = 0.25 * t(3, 3);
+  mean(0, 2) = 0.25 * t(3, 4);
+  mean(2, 0) = 0.25 * t(4, 3);
+  mean(2, 2) = 0.25 * t(4, 4);
+  out->a11 = slope - right - left + mean;
+  out->a12 = -slope - right + left + mean;
+  out->a21 = -slope + right - left + mean;
+  out->a22 = slope + right + left + mean;
 }
 
 double ShellElementEnergy(const ShellElement& e, const ShellElementState& s) {

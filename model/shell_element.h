@@ -34,6 +34,7 @@ struct ShellElement {
   double area{0};    ///< reference area, all around [m^2]
   double radius{0};  ///< r* at the midpoint
   double theta{0};   ///< theta* at the midpoint (chord direction)
+  double sine{0};     ///< sin(theta*)
   double mu{0};      ///< mu*
 };
 
