@@ -127,8 +127,8 @@ void LoopMedium::AdvanceTo(std::int64_t now_us) {
       if (!winner) return;
       frame_on_wire_ = winner->waiting_.Pop();
       const std::int64_t start_ns = std::max(wire_free_ns_, frame_on_wire_.time_us * 1000);
-      wire_free_ns_ =
-          start_ns + ActualFrameBits(frame_on_wire_) * 1'000'000'000 / options_.bit_rate;
+      wire_free_ns_ = start_ns + std::int64_t{ActualFrameBits(frame_on_wire_)} * 1'000'000'000 /
+                                     options_.bit_rate;
       sending_ = winner;
     }
     if (wire_free_ns_ > now_ns) return;
