@@ -64,7 +64,7 @@ void CanopenNode::SendHeartbeat(NmtState state) {
   frame.id = CobHeartbeat(objects_.node());
   frame.size = 1;
   frame.data[0] = static_cast<std::uint8_t>(state);
-  out_.Push(frame);
+  Send(frame);
 }
 
 NodeEvents CanopenNode::OnFrame(const CanFrame& frame, std::int64_t time_us, bool enabled) {
@@ -121,7 +121,7 @@ void CanopenNode::OnNmt(const CanFrame& frame, NodeEvents& events) {
 
 void CanopenNode::OnSdo(const CanFrame& frame, bool enabled, NodeEvents& events) {
   const SdoOutcome outcome = ServeSdo(frame, objects_, enabled);
-  if (outcome.has_reply) out_.Push(outcome.reply);
+  if (outcome.has_reply) Send(outcome.reply);
   if (!outcome.has_written) return;
   events.has_written = true;
   events.written_slot = outcome.slot;
@@ -146,7 +146,7 @@ void CanopenNode::AfterWrite(std::size_t slot, std::int64_t time_us) {
 void CanopenNode::SendSyncTpdos(std::int64_t time_us) {
   CanFrame frame;
   for (std::size_t i = 0; i < 2; ++i) {
-    if (pdos_.SampleOnSync(i, time_us, objects_, frame)) out_.Push(frame);
+    if (pdos_.SampleOnSync(i, time_us, objects_, frame)) Send(frame);
   }
 }
 
@@ -161,7 +161,7 @@ void CanopenNode::Tick(std::int64_t time_us) {
   if (state_ != NmtState::kOperational) return;
   CanFrame frame;
   for (std::size_t i = 0; i < 2; ++i) {
-    if (pdos_.SampleOnEvent(i, time_us, objects_, frame)) out_.Push(frame);
+    if (pdos_.SampleOnEvent(i, time_us, objects_, frame)) Send(frame);
   }
 }
 
@@ -192,12 +192,12 @@ void CanopenNode::TouchRpdos(std::int64_t time_us) {
 void CanopenNode::Raise(EmcyCode code) {
   if (!emergency_.Raise(code, objects_) || state_ == NmtState::kStopped) return;
   const auto bits = static_cast<std::uint8_t>(objects_.Raw(Slot(object::kErrorRegister)));
-  out_.Push(MakeEmcy(objects_.node(), code, bits));
+  Send(MakeEmcy(objects_.node(), code, bits));
 }
 
 void CanopenNode::Clear(EmcyCode code) {
   if (!emergency_.Clear(code, objects_) || state_ == NmtState::kStopped) return;
-  out_.Push(MakeEmcy(objects_.node(), EmcyCode::kNoError, 0));
+  Send(MakeEmcy(objects_.node(), EmcyCode::kNoError, 0));
 }
 
 }  // namespace mantle::firmware_sim

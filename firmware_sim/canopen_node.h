@@ -26,12 +26,22 @@ struct NodeEvents {
 
 class CanopenNode {
  public:
+  /// Frames that may wait to be taken: a cycle has three, a reset or a fault two more.
+  static constexpr std::size_t kOutCapacity = 64;
+
   explicit CanopenNode(NodeId node) : objects_(node) { pdos_.Configure(objects_); }
 
   ObjectDictionary& objects() { return objects_; }
   const ObjectDictionary& objects() const { return objects_; }
   NmtState state() const { return state_; }
-  FrameQueue& out() { return out_; }
+  /// Takes the oldest frame to send; false where there is none.
+  bool TakeFrame(CanFrame& frame) {
+    if (out_.empty()) return false;
+    frame = out_.Pop();
+    return true;
+  }
+  /// Frames lost because nobody took those before them.
+  std::uint64_t frames_dropped() const { return frames_dropped_; }
   const PdoSet& pdos() const { return pdos_; }
   const Emergency& emergency() const { return emergency_; }
 
@@ -65,6 +75,9 @@ class CanopenNode {
   void OnCommunicationError();
 
  private:
+  void Send(const CanFrame& frame) {
+    if (!out_.Push(frame)) ++frames_dropped_;
+  }
   void SendHeartbeat(NmtState state);
   void OnNmt(const CanFrame& frame, NodeEvents& events);
   void OnSdo(const CanFrame& frame, bool enabled, NodeEvents& events);
@@ -73,7 +86,8 @@ class CanopenNode {
   ObjectDictionary objects_;
   PdoSet pdos_;
   Emergency emergency_;
-  FrameQueue out_;
+  FrameQueue out_{kOutCapacity};
+  std::uint64_t frames_dropped_{0};
   NmtState state_{NmtState::kBootUp};
   std::int64_t next_heartbeat_us_{0};
   std::int64_t last_sync_us_{0};

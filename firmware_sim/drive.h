@@ -59,7 +59,7 @@ class Drive {
   void OnFrame(const CanFrame& frame, std::int64_t time_us);
   void AdvanceTo(std::int64_t time_us);
   /// Takes the next frame to send; false where there is none.
-  bool TakeFrame(CanFrame& frame) { return node_.out().Pop(frame); }
+  bool TakeFrame(CanFrame& frame) { return node_.TakeFrame(frame); }
 
   /// The cable around the plant's present state; refused (false) where it is not finite or its
   /// stiffness is negative, the last one then stays.
@@ -80,7 +80,7 @@ class Drive {
   const Winch& winch() const { return winch_; }
   const ObjectDictionary& objects() const { return node_.objects(); }
   std::int64_t now_us() const { return now_us_; }
-  std::uint64_t frames_dropped() { return node_.out().dropped(); }
+  std::uint64_t frames_dropped() const { return node_.frames_dropped(); }
 
  private:
   // drive.cc: the clock, the motor.

@@ -1,48 +1,49 @@
 #pragma once
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
+#include <vector>
 
 #include "firmware_sim/can_frame.h"
 
-/// What a device has to send, oldest first, in a ring of fixed capacity. A frame that finds it full
-/// is dropped and counted: a queue nobody empties must not grow.
+/// First-in-first-out queue of frames whose storage is allocated once, at construction.
 
 namespace mantle::firmware_sim {
 
 class FrameQueue {
  public:
-  static constexpr std::size_t kCapacity = 64;
+  explicit FrameQueue(std::size_t capacity) : frames_(capacity) {}
 
-  bool empty() const { return count_ == 0; }
-  std::size_t size() const { return count_; }
-  std::uint64_t dropped() const { return dropped_; }
+  bool empty() const { return size_ == 0; }
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return frames_.size(); }
 
+  /// Returns false, and leaves the queue as it was, where it is full.
   bool Push(const CanFrame& frame) {
-    if (count_ == kCapacity) {
-      ++dropped_;
-      return false;
-    }
-    frames_[(first_ + count_) % kCapacity] = frame;
-    ++count_;
+    if (size_ == frames_.size()) return false;
+    std::size_t at = head_ + size_;
+    if (at >= frames_.size()) at -= frames_.size();
+    frames_[at] = frame;
+    ++size_;
     return true;
   }
 
-  /// Takes the oldest frame; false where there is none.
-  bool Pop(CanFrame& frame) {
-    if (count_ == 0) return false;
-    frame = frames_[first_];
-    first_ = (first_ + 1) % kCapacity;
-    --count_;
-    return true;
+  /// Precondition: not empty.
+  const CanFrame& Front() const { return frames_[head_]; }
+
+  /// Precondition: not empty.
+  CanFrame Pop() {
+    const CanFrame frame = frames_[head_];
+    if (++head_ == frames_.size()) head_ = 0;
+    --size_;
+    return frame;
   }
+
+  void Clear() { head_ = size_ = 0; }
 
  private:
-  std::array<CanFrame, kCapacity> frames_{};
-  std::size_t first_{0};
-  std::size_t count_{0};
-  std::uint64_t dropped_{0};
+  std::vector<CanFrame> frames_;
+  std::size_t head_{0};
+  std::size_t size_{0};
 };
 
 }  // namespace mantle::firmware_sim

@@ -2,7 +2,8 @@
 
 #include <cstdint>
 
-/// Little-endian numbers in the data of a frame.
+/// Little-endian numbers of 1 to 4 bytes, the size known at run time only (mapped objects, SDO
+/// data); byte_order.h serves where the type is known.
 
 namespace mantle::firmware_sim {
 
