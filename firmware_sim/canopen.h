@@ -214,6 +214,7 @@ inline constexpr std::uint16_t kTpdo2 = 0x1801;
 inline constexpr std::uint16_t kTpdo1Mapping = 0x1A00;
 inline constexpr std::uint16_t kTpdo2Mapping = 0x1A01;
 inline constexpr std::uint16_t kTemperature = 0x2200;  ///< i8 deg C
+inline constexpr std::uint16_t kDisturbance = 0x2201;  ///< what to break, see Disturbance
 inline constexpr std::uint16_t kAbortConnection = 0x6007;
 inline constexpr std::uint16_t kErrorCode = 0x603F;
 inline constexpr std::uint16_t kControlword = 0x6040;

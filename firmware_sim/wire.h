@@ -2,8 +2,8 @@
 
 #include <cstdint>
 
-/// Little-endian numbers of 1 to 4 bytes, the size known at run time only (mapped objects, SDO
-/// data); byte_order.h serves where the type is known.
+/// Little-endian numbers of 1 to 4 bytes, the size known at run time (mapped objects, SDO
+/// data).
 
 namespace mantle::firmware_sim {
 

@@ -9,9 +9,9 @@
 
 namespace mantle::firmware_sim {
 
-class FrameRing {
+class FrameQueue {
  public:
-  explicit FrameRing(std::size_t capacity) : frames_(capacity) {}
+  explicit FrameQueue(std::size_t capacity) : frames_(capacity) {}
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
