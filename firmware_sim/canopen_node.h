@@ -5,7 +5,7 @@
 #include "firmware_sim/can_frame.h"
 #include "firmware_sim/canopen.h"
 #include "firmware_sim/emergency.h"
-#include "firmware_sim/frame_queue.h"
+#include "firmware_sim/frame_ring.h"
 #include "firmware_sim/object_dictionary.h"
 #include "firmware_sim/pdo.h"
 
@@ -86,7 +86,7 @@ class CanopenNode {
   ObjectDictionary objects_;
   PdoSet pdos_;
   Emergency emergency_;
-  FrameQueue out_{kOutCapacity};
+  FrameRing out_{kOutCapacity};
   std::uint64_t frames_dropped_{0};
   NmtState state_{NmtState::kBootUp};
   std::int64_t next_heartbeat_us_{0};

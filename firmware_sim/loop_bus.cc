@@ -62,8 +62,8 @@ class LoopStation final : public Bus {
 
   LoopMedium* medium_;
   std::vector<CanFilter> filters_;
-  FrameQueue received_;
-  FrameQueue waiting_;
+  FrameRing received_;
+  FrameRing waiting_;
   BusCounters counters_{};
 };
 

@@ -7,7 +7,7 @@
 
 #include "firmware_sim/bus.h"
 #include "firmware_sim/can_filter.h"
-#include "firmware_sim/frame_queue.h"
+#include "firmware_sim/frame_ring.h"
 
 /// The in-process bus: one LoopMedium is the wire, each station it hands out is one Bus on it.
 /// Deterministic and single-threaded: the same calls in the same order give the same frames.

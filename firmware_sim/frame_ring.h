@@ -9,9 +9,9 @@
 
 namespace mantle::firmware_sim {
 
-class FrameQueue {
+class FrameRing {
  public:
-  explicit FrameQueue(std::size_t capacity) : frames_(capacity) {}
+  explicit FrameRing(std::size_t capacity) : frames_(capacity) {}
 
   bool empty() const { return size_ == 0; }
   std::size_t size() const { return size_; }
