@@ -39,7 +39,7 @@ enum class DriveProblem : std::uint8_t {
   kRefused,        ///< SDO abort
   kStepTimeout,    ///< the drive did not reach what the step waits for
   kFault,          ///< the drive reports a fault
-  kHeartbeatLost,  ///< none for the time that the options allow
+  kHeartbeatLost,  ///< silent for the time that the options allow
   kDuplicateNode,  ///< two TPDO1 for each SYNC, cycle after cycle
 };
 
@@ -78,7 +78,7 @@ struct DriveReport {
 
   bool heard{false};  ///< any heartbeat or boot-up since the master began
   NmtState nmt{NmtState::kBootUp};
-  std::int64_t last_heartbeat_us{0};
+  std::int64_t last_heard_us{0};  ///< any frame of this node
 
   // From the TPDOs; `status_valid` once one came since the last start.
   bool status_valid{false};

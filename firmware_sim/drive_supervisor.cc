@@ -110,6 +110,8 @@ bool DriveSupervisor::TakesRpdos() const {
 void DriveSupervisor::OnFrame(const CanFrame& frame, std::int64_t now_us) {
   const NodeId node = report_.node;
   const std::uint8_t* data = frame.data.data();
+  // Whatever it sends, it lives: on a bad cable a few heartbeats in a row may be missing.
+  report_.last_heard_us = now_us;
   if (frame.id == CobTpdo1(node)) {
     if (frame.size < 8) {
       ++report_.short_frames;
@@ -154,7 +156,6 @@ void DriveSupervisor::OnHeartbeat(const CanFrame& frame, std::int64_t now_us) {
     return;
   }
   report_.heard = true;
-  report_.last_heartbeat_us = now_us;
   // Bit 7 is a toggle bit of node guarding, which nobody uses here.
   report_.nmt = static_cast<NmtState>(frame.data[0] & 0x7FU);
   if (report_.nmt == NmtState::kBootUp) {
@@ -291,7 +292,7 @@ void DriveSupervisor::AdvanceConfigure(std::int64_t now_us, FrameBatch& out) {
   const auto write = ConfigurationStep(options_.settings, report_.node, sub_step_);
   if (!write) {
     supervised_ = true;
-    report_.last_heartbeat_us = now_us;
+    report_.last_heard_us = now_us;
     EnterStep(DriveStep::kStart, now_us);
     return;
   }
@@ -325,7 +326,7 @@ void DriveSupervisor::AdvanceNmt(NmtCommand command, std::int64_t now_us, FrameB
 void DriveSupervisor::CheckTimes(std::int64_t now_us) {
   const bool expects_heartbeat =
       supervised_ && report_.step != DriveStep::kLost && report_.step != DriveStep::kFailed;
-  if (expects_heartbeat && now_us - report_.last_heartbeat_us > options_.heartbeat_loss_us) {
+  if (expects_heartbeat && now_us - report_.last_heard_us > options_.heartbeat_loss_us) {
     report_.status_valid = false;
     was_synced_ = false;
     Fail(DriveProblem::kHeartbeatLost, DriveStep::kLost, now_us);
