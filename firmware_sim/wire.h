@@ -2,8 +2,7 @@
 
 #include <cstdint>
 
-/// Little-endian numbers of 1 to 4 bytes, the size known at run time only (mapped objects, SDO
-/// data); byte_order.h serves where the type is known.
+/// Little-endian numbers of 1 to 4 bytes in the data of a frame.
 
 namespace mantle::firmware_sim {
 
