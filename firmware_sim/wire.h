@@ -2,7 +2,8 @@
 
 #include <cstdint>
 
-/// Little-endian numbers of 1 to 4 bytes in the data of a frame.
+/// Little-endian numbers of 1 to 4 bytes, the size known at run time (mapped objects, SDO
+/// data).
 
 namespace mantle::firmware_sim {
 
