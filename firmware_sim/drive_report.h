@@ -40,7 +40,7 @@ enum class DriveProblem : std::uint8_t {
   kStepTimeout,    ///< the drive did not reach what the step waits for
   kFault,          ///< the drive reports a fault
   kHeartbeatLost,  ///< silent for the time that the options allow
-  kDuplicateNode,  ///< two TPDO1 for each SYNC, cycle after cycle
+  kDuplicateNode,  ///< two TPDO1 for each SYNC, over and over
 };
 
 struct DriveIdentity {
@@ -96,8 +96,8 @@ struct DriveReport {
   std::uint64_t reboots{0};  ///< boot-ups that the master had not asked for
   std::uint64_t tpdo1_count{0};
   std::uint64_t tpdo2_count{0};
-  std::uint64_t tpdo1_missed{0};  ///< SYNCs of an operational drive without a TPDO1 by the next
-  std::uint64_t tpdo1_doubled{0};
+  std::uint64_t syncs{0};         ///< that asked this drive, operational, for a TPDO1
+  std::uint64_t tpdo1_late{0};    ///< not there by the next SYNC (late, or lost)
   std::uint64_t short_frames{0};  ///< TPDOs, EMCYs, heartbeats with too few bytes
 
   DriveState state() const { return DecodeState(statusword); }

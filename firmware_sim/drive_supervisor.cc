@@ -20,8 +20,10 @@ constexpr std::array<SdoObject, 5> kIdentityObjects{{{object::kDeviceType, 0},
 // An NMT command has no reply: repeated until the heartbeat shows its effect.
 constexpr std::int64_t kNmtRepeat_us = 250'000;
 constexpr int kCyclesAtRest = 3;
-// So many doubled TPDO1 in a row are no accident of a bad cable, but a second drive.
-constexpr int kDoubledInRow = 8;
+// Two drives give two TPDO1 a SYNC. So many in so many SYNCs are no accident: neither a bad cable
+// that doubles every tenth nor a busy machine that delivers five late ones comes to it.
+constexpr int kWindow = 16;
+constexpr int kTooManyAnswers = 24;
 
 }  // namespace
 
@@ -118,7 +120,8 @@ void DriveSupervisor::OnFrame(const CanFrame& frame, std::int64_t now_us) {
       return;
     }
     ++report_.tpdo1_count;
-    ++tpdo1_since_sync_;
+    ++answers_;
+    ++answers_in_window_;
     report_.statusword = static_cast<std::uint16_t>(LoadLe(data, 2));
     report_.torque_permille = static_cast<std::int16_t>(LoadLe(data + 2, 2));
     report_.position_counts = static_cast<std::int32_t>(LoadLe(data + 4, 4));
@@ -412,17 +415,22 @@ std::uint16_t DriveSupervisor::Controlword() {
 
 void DriveSupervisor::Cycle(std::int64_t now_us, FrameBatch& out) {
   if (was_synced_) {
-    if (tpdo1_since_sync_ == 0) ++report_.tpdo1_missed;
-    if (tpdo1_since_sync_ > 1) ++report_.tpdo1_doubled;
-    doubled_in_row_ = tpdo1_since_sync_ > 1 ? doubled_in_row_ + 1 : 0;
-    if (doubled_in_row_ >= kDoubledInRow && report_.problem != DriveProblem::kDuplicateNode) {
-      goal_ = Goal::kStopped;
-      Fail(DriveProblem::kDuplicateNode, DriveStep::kStopRamp, now_us);
+    if (answers_ == 0) ++report_.tpdo1_late;
+    if (++syncs_in_window_ == kWindow) {
+      if (answers_in_window_ >= kTooManyAnswers &&
+          report_.problem != DriveProblem::kDuplicateNode) {
+        goal_ = Goal::kStopped;
+        Fail(DriveProblem::kDuplicateNode, DriveStep::kStopRamp, now_us);
+      }
+      syncs_in_window_ = answers_in_window_ = 0;
     }
   }
-  tpdo1_since_sync_ = 0;
-  was_synced_ = report_.status_valid && TakesRpdos();
+  answers_ = 0;
+  const bool synced = report_.status_valid && TakesRpdos();
+  if (synced != was_synced_) syncs_in_window_ = answers_in_window_ = 0;
+  was_synced_ = synced;
   if (!was_synced_) return;
+  ++report_.syncs;
 
   const bool follows = report_.step == DriveStep::kEnabled && target_set_;
   const bool stopping =

@@ -23,3 +23,6 @@ endfunction()
 
 mantle_vcan_test(firmware_sim.socket_can_bus socket_can_bus_test.cc LIMIT 60
   LIBS mantle::firmware_sim)
+mantle_vcan_test(firmware_sim.vcan_drives vcan_drives_test.cc LIMIT 150
+  LIBS mantle::firmware_sim)
+add_dependencies(test_firmware_sim_vcan_drives mantle)
