@@ -26,3 +26,5 @@ mantle_vcan_test(firmware_sim.socket_can_bus socket_can_bus_test.cc LIMIT 60
 mantle_vcan_test(firmware_sim.vcan_drives vcan_drives_test.cc LIMIT 150
   LIBS mantle::firmware_sim)
 add_dependencies(test_firmware_sim_vcan_drives mantle)
+mantle_vcan_test(firmware_sim.python_can python_can_test.cc LIMIT 60 LIBS mantle::firmware_sim)
+add_dependencies(test_firmware_sim_python_can mantle)
