@@ -220,6 +220,24 @@ TEST(Release, ACableThatNeverGoesSlackEndsInTheTimeout) {
   EXPECT_EQ(bench.drive.state(), DriveState::kFault);
 }
 
+TEST(Release, HoweverFlatTheSlopeTheTorqueIsGoneAfterASecond) {
+  for (const bool by_quick_stop : {false, true}) {
+    DriveBench bench = Hauling();
+    bench.Download(0x6087, 0, 4, 1);  // 400 would take 400 s
+    if (by_quick_stop) {
+      bench.SendTargets(Word(controlword::kQuickStop));
+      for (int i = 0; i < 105; ++i) bench.Run(Word(controlword::kQuickStop), 1);
+      EXPECT_EQ(bench.drive.state(), DriveState::kSwitchOnDisabled);
+    } else {
+      bench.drive.SetAmbient(90.0);
+    }
+    const Course course = Watch(bench);
+    ExpectLetGo(course);
+    EXPECT_LE(course.ramp_s, 1.01);
+    EXPECT_TRUE(bench.drive.brake_closed());
+  }
+}
+
 TEST(Release, ASecondFaultDoesNotHoldItUp) {
   DriveBench bench = Hauling();
   bench.drive.SetAmbient(90.0);
