@@ -157,13 +157,18 @@ void Drive::TickMotion() {
     motion_.OnTargets(node_.objects());
   }
   stage_command_ = {true, false, motion_.Tick(node_.objects(), inputs.measured, WantedStop())};
-  if (state_ != DriveState::kQuickStopActive || !motion_.at_standstill()) return;
-  const bool stays = node_.objects().Number(Slot(object::kQuickStopOption)) >= 5;
+  if (state_ == DriveState::kQuickStopActive) FinishQuickStop(inputs.measured);
+}
+
+void Drive::FinishQuickStop(const Measured& measured) {
+  if (node_.objects().Number(Slot(object::kQuickStopOption)) >= 5) return;
   const bool late = now_us_ - stopping_since_us_ > kDecelerationTimeout_us;
-  const bool still = std::abs(inputs.measured.velocity_counts_s) < kStandstill_counts_s;
-  if (!stays && (still || late || motion_.mode() == OperationMode::kCyclicTorque)) {
-    Enter({DriveState::kSwitchOnDisabled, 12});
-  }
+  const bool still = motion_.mode() == OperationMode::kCyclicTorque ||
+                     std::abs(measured.velocity_counts_s) < kStandstill_counts_s;
+  if (!late && !(still && motion_.at_standstill())) return;
+  state_ = DriveState::kSwitchOnDisabled;  // transition 12 by itself
+  // The torque may still hold a position.
+  release_.Begin(ReleaseKind::kTorqueRamp, motion_, now_us_);
 }
 
 std::uint16_t Drive::Statusword() const {

@@ -88,6 +88,7 @@ class Drive {
   void Tick();
   void TickEncoder();
   void TickMotion();
+  void FinishQuickStop(const Measured& measured);
   void RefreshObjects();
   std::uint16_t Statusword() const;
   StopKind WantedStop() const;

@@ -108,6 +108,7 @@ void Drive::Enter(const Transition& transition) {
       release_.Begin(ReleaseKind::kTorqueRamp, motion_, now_us_);
       break;
     case 9:
+    case 12:
       release_.Begin(ReleaseKind::kOpenWinding, motion_, now_us_);
       break;
     case 11:
@@ -117,11 +118,6 @@ void Drive::Enter(const Transition& transition) {
         release_.Begin(ReleaseKind::kOpenWinding, motion_, now_us_);
         return;
       }
-      break;
-    case 12:
-      // By itself after the stop the torque may still hold a position; by command it goes at once.
-      release_.Begin(motion_.at_standstill() ? ReleaseKind::kTorqueRamp : ReleaseKind::kOpenWinding,
-                     motion_, now_us_);
       break;
     case 15:
       ResetFault();

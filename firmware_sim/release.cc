@@ -44,6 +44,7 @@ StageCommand Release::Tick(const ObjectDictionary& objects, const ReleaseInputs&
     Enter(ReleasePhase::kRamping, time_us);
   }
   if (phase_ == ReleasePhase::kRamping) {
+    if (time_us - since_us_ > kRampTimeout_us) torque_ = 0.0;
     const StageCommand command = Ramp(objects);
     if (torque_ == 0.0) {
       Enter(ReleasePhase::kPayingOut, time_us);

@@ -8,8 +8,8 @@
 /// How a cable winch lets go. A brake that closes on a taut cable keeps the arm bent, so whatever
 /// takes the drive out of operation runs the same sequence:
 ///
-///   [decelerate by 6085] -> ramp the torque to zero by 6087 -> pay out until the slack-rope switch
-///   opens, 2 s at most -> brake closed, power stage off
+///   [decelerate by 6085, 1 s at most] -> ramp the torque to zero by 6087, 1 s at most -> pay out
+///   until the slack-rope switch opens, 2 s at most -> brake closed, power stage off
 ///
 /// Where the power stage must not be used (over-current, supply out of range) or disable voltage
 /// was commanded, the winding is open from the start and the cable pulls itself out.
@@ -23,8 +23,10 @@ inline constexpr std::int64_t kPayOutTimeout_us = 2'000'000;
 inline constexpr double kPayOutTorque = 150.0;
 /// Without an encoder: half as much again as the static friction, open loop.
 inline constexpr double kBlindPayOutTorque = 52.0;
-/// Longest deceleration before the ramp.
+/// Longest deceleration, and longest ramp of the torque: however flat 6085 and 6087 are, the torque
+/// is gone after that.
 inline constexpr std::int64_t kDecelerationTimeout_us = 1'000'000;
+inline constexpr std::int64_t kRampTimeout_us = 1'000'000;
 
 enum class ReleaseKind : std::uint8_t {
   kOpenWinding,  ///< torque gone at once
