@@ -39,8 +39,8 @@ enum class DriveProblem : std::uint8_t {
   kRefused,        ///< SDO abort
   kStepTimeout,    ///< the drive did not reach what the step waits for
   kFault,          ///< the drive reports a fault
-  kHeartbeatLost,  ///< none for the time that the options allow
-  kDuplicateNode,  ///< two TPDO1 for each SYNC, cycle after cycle
+  kHeartbeatLost,  ///< silent for the time that the options allow
+  kDuplicateNode,  ///< two TPDO1 for each SYNC, over and over
 };
 
 struct DriveIdentity {
@@ -78,7 +78,7 @@ struct DriveReport {
 
   bool heard{false};  ///< any heartbeat or boot-up since the master began
   NmtState nmt{NmtState::kBootUp};
-  std::int64_t last_heartbeat_us{0};
+  std::int64_t last_heard_us{0};  ///< any frame of this node
 
   // From the TPDOs; `status_valid` once one came since the last start.
   bool status_valid{false};
@@ -96,8 +96,8 @@ struct DriveReport {
   std::uint64_t reboots{0};  ///< boot-ups that the master had not asked for
   std::uint64_t tpdo1_count{0};
   std::uint64_t tpdo2_count{0};
-  std::uint64_t tpdo1_missed{0};  ///< SYNCs of an operational drive without a TPDO1 by the next
-  std::uint64_t tpdo1_doubled{0};
+  std::uint64_t syncs{0};         ///< that asked this drive, operational, for a TPDO1
+  std::uint64_t tpdo1_late{0};    ///< not there by the next SYNC (late, or lost)
   std::uint64_t short_frames{0};  ///< TPDOs, EMCYs, heartbeats with too few bytes
 
   DriveState state() const { return DecodeState(statusword); }

@@ -20,8 +20,10 @@ constexpr std::array<SdoObject, 5> kIdentityObjects{{{object::kDeviceType, 0},
 // An NMT command has no reply: repeated until the heartbeat shows its effect.
 constexpr std::int64_t kNmtRepeat_us = 250'000;
 constexpr int kCyclesAtRest = 3;
-// So many doubled TPDO1 in a row are no accident of a bad cable, but a second drive.
-constexpr int kDoubledInRow = 8;
+// Two drives give two TPDO1 a SYNC. So many in so many SYNCs are no accident: neither a bad cable
+// that doubles every tenth nor a busy machine that delivers five late ones comes to it.
+constexpr int kWindow = 16;
+constexpr int kTooManyAnswers = 24;
 
 }  // namespace
 
@@ -110,13 +112,16 @@ bool DriveSupervisor::TakesRpdos() const {
 void DriveSupervisor::OnFrame(const CanFrame& frame, std::int64_t now_us) {
   const NodeId node = report_.node;
   const std::uint8_t* data = frame.data.data();
+  // Whatever it sends, it lives: on a bad cable a few heartbeats in a row may be missing.
+  report_.last_heard_us = now_us;
   if (frame.id == CobTpdo1(node)) {
     if (frame.size < 8) {
       ++report_.short_frames;
       return;
     }
     ++report_.tpdo1_count;
-    ++tpdo1_since_sync_;
+    ++answers_;
+    ++answers_in_window_;
     report_.statusword = static_cast<std::uint16_t>(LoadLe(data, 2));
     report_.torque_permille = static_cast<std::int16_t>(LoadLe(data + 2, 2));
     report_.position_counts = static_cast<std::int32_t>(LoadLe(data + 4, 4));
@@ -154,7 +159,6 @@ void DriveSupervisor::OnHeartbeat(const CanFrame& frame, std::int64_t now_us) {
     return;
   }
   report_.heard = true;
-  report_.last_heartbeat_us = now_us;
   // Bit 7 is a toggle bit of node guarding, which nobody uses here.
   report_.nmt = static_cast<NmtState>(frame.data[0] & 0x7FU);
   if (report_.nmt == NmtState::kBootUp) {
@@ -291,7 +295,7 @@ void DriveSupervisor::AdvanceConfigure(std::int64_t now_us, FrameBatch& out) {
   const auto write = ConfigurationStep(options_.settings, report_.node, sub_step_);
   if (!write) {
     supervised_ = true;
-    report_.last_heartbeat_us = now_us;
+    report_.last_heard_us = now_us;
     EnterStep(DriveStep::kStart, now_us);
     return;
   }
@@ -325,7 +329,7 @@ void DriveSupervisor::AdvanceNmt(NmtCommand command, std::int64_t now_us, FrameB
 void DriveSupervisor::CheckTimes(std::int64_t now_us) {
   const bool expects_heartbeat =
       supervised_ && report_.step != DriveStep::kLost && report_.step != DriveStep::kFailed;
-  if (expects_heartbeat && now_us - report_.last_heartbeat_us > options_.heartbeat_loss_us) {
+  if (expects_heartbeat && now_us - report_.last_heard_us > options_.heartbeat_loss_us) {
     report_.status_valid = false;
     was_synced_ = false;
     Fail(DriveProblem::kHeartbeatLost, DriveStep::kLost, now_us);
@@ -411,17 +415,22 @@ std::uint16_t DriveSupervisor::Controlword() {
 
 void DriveSupervisor::Cycle(std::int64_t now_us, FrameBatch& out) {
   if (was_synced_) {
-    if (tpdo1_since_sync_ == 0) ++report_.tpdo1_missed;
-    if (tpdo1_since_sync_ > 1) ++report_.tpdo1_doubled;
-    doubled_in_row_ = tpdo1_since_sync_ > 1 ? doubled_in_row_ + 1 : 0;
-    if (doubled_in_row_ >= kDoubledInRow && report_.problem != DriveProblem::kDuplicateNode) {
-      goal_ = Goal::kStopped;
-      Fail(DriveProblem::kDuplicateNode, DriveStep::kStopRamp, now_us);
+    if (answers_ == 0) ++report_.tpdo1_late;
+    if (++syncs_in_window_ == kWindow) {
+      if (answers_in_window_ >= kTooManyAnswers &&
+          report_.problem != DriveProblem::kDuplicateNode) {
+        goal_ = Goal::kStopped;
+        Fail(DriveProblem::kDuplicateNode, DriveStep::kStopRamp, now_us);
+      }
+      syncs_in_window_ = answers_in_window_ = 0;
     }
   }
-  tpdo1_since_sync_ = 0;
-  was_synced_ = report_.status_valid && TakesRpdos();
+  answers_ = 0;
+  const bool synced = report_.status_valid && TakesRpdos();
+  if (synced != was_synced_) syncs_in_window_ = answers_in_window_ = 0;
+  was_synced_ = synced;
   if (!was_synced_) return;
+  ++report_.syncs;
 
   const bool follows = report_.step == DriveStep::kEnabled && target_set_;
   const bool stopping =

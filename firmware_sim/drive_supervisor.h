@@ -53,8 +53,8 @@ class DriveSupervisor {
   void Cycle(std::int64_t now_us, FrameBatch& out);
 
   const DriveReport& report() const { return report_; }
-  /// The TPDO1 that the last SYNC asked for, if it asked, has come.
-  bool complete() const { return !was_synced_ || tpdo1_since_sync_ > 0; }
+  /// A TPDO1 has come since the last SYNC, or none was asked for.
+  bool complete() const { return !was_synced_ || answers_ > 0; }
 
  private:
   enum class Goal : std::uint8_t { kReady, kEnabled, kStopped };
@@ -90,8 +90,9 @@ class DriveSupervisor {
   bool nmt_sent_{false};
   bool supervised_{false};  ///< heartbeats are expected
   bool was_synced_{false};  ///< operational at the last SYNC
-  int tpdo1_since_sync_{0};
-  int doubled_in_row_{0};
+  int answers_{0};          ///< TPDO1 since the last SYNC
+  int syncs_in_window_{0};
+  int answers_in_window_{0};
   int at_rest_{0};  ///< cycles without torque in the stop ramp
   bool reset_bit_{false};
 };

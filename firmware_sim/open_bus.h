@@ -19,10 +19,13 @@
 
 namespace mantle::firmware_sim {
 
-/// What a `--bus` option can teach its reader.
+/// What a `--bus` option can teach its reader: any bus, and those that processes share.
 inline constexpr std::string_view kBusSpecHelp =
     "loop (in process), can:NAME (SocketCAN, e.g. can:vcan0) or udp:GROUP:PORT[@IFACE] "
     "(python-can's udp_multicast, e.g. udp:239.74.163.2:43113)";
+inline constexpr std::string_view kSharedBusSpecHelp =
+    "can:NAME (SocketCAN, e.g. can:vcan0) or udp:GROUP:PORT[@IFACE] (python-can's udp_multicast, "
+    "e.g. udp:239.74.163.2:43113)";
 
 /// Throws std::invalid_argument for a bad spec (what, value, bound) and std::system_error where the
 /// system refuses (no such interface, no permission). `loop` needs `medium`, which must outlive the

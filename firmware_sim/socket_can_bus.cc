@@ -143,9 +143,7 @@ class SocketCanBus final : public Bus {
     pollfd waiting{.fd = socket_, .events = POLLIN, .revents = 0};
     const timespec limit = ToTimespec(timeout_us);
     if (ppoll(&waiting, 1, &limit, nullptr) > 0 && (waiting.revents & POLLERR) != 0) {
-      int error = 0;
-      socklen_t size = sizeof(error);
-      getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);
+      const int error = TakeError();
       return Note(error != 0 ? error : ENETDOWN);
     }
     return status_;
@@ -219,9 +217,19 @@ class SocketCanBus final : public Bus {
         socket_ = dead;
       }
     }
-    if (now == BusStatus::kOk) ++counters_.recoveries;
+    if (now == BusStatus::kOk) {
+      ++counters_.recoveries;
+      TakeError();  // the outage's, or that of binding to an interface that was down
+    }
     status_ = now;
     return status_;
+  }
+
+  int TakeError() const {
+    int error = 0;
+    socklen_t size = sizeof(error);
+    getsockopt(socket_, SOL_SOCKET, SO_ERROR, &error, &size);
+    return error;
   }
 
   BusStatus Note(int error) {

@@ -13,6 +13,8 @@ namespace mantle::tools {
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitCannotContinue = 3;
 
+/// `mantle bus`: watches a bus, counts its load, replays logs.
+void AddBusCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
 

@@ -8,6 +8,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", MANTLE_VERSION);
   int exit_status = 0;
+  mantle::tools::AddBusCommand(app, exit_status);
   mantle::tools::AddDrivesCommand(app, exit_status);
   try {
     app.parse(argc, argv);
