@@ -1,9 +1,6 @@
 #include "firmware_sim/drive_supervisor.h"
 
-#include <algorithm>
 #include <array>
-#include <cstdlib>
-#include <utility>
 
 #include "firmware_sim/wire.h"
 

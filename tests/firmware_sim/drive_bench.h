@@ -156,4 +156,21 @@ class DriveBench {
   }
 };
 
+/// Targets that make a tension of some 0.95 N.
+inline Targets Hauling() {
+  Targets t;
+  t.torque = 400;
+  return t;
+}
+
+/// A reset edge on the cyclic controlword.
+inline void TryReset(DriveBench& bench, Targets t) {
+  t.controlword = 0;
+  bench.Run(t, 2);
+  t.controlword = controlword::kFaultReset;
+  bench.Run(t, 2);
+  t.controlword = 0;
+  bench.Run(t, 1);
+}
+
 }  // namespace mantle::firmware_sim::test

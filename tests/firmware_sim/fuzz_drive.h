@@ -49,7 +49,8 @@ class FuzzedDrive {
         return wrong;
       }
     }
-    return Step([&] { drive_.OnFrame(frame, now_us_); });
+    if (const char* wrong = Step([&] { drive_.OnFrame(frame, now_us_); })) return wrong;
+    return CheckObjects();
   }
 
   const Drive& drive() const { return drive_; }
@@ -61,10 +62,10 @@ class FuzzedDrive {
     const DriveState before = drive_.state();
     action();
     if (!MayFollow(before, drive_.state())) return "a transition that CiA 402 does not draw";
-    return Check();
+    return CheckMotor();
   }
 
-  const char* Check() {
+  const char* CheckMotor() {
     const Winch& winch = drive_.winch();
     if (!std::isfinite(winch.speed_rad_s() + winch.angle_rad() + winch.current_a() +
                        winch.winding_c() + winch.tension_n())) {
@@ -77,6 +78,10 @@ class FuzzedDrive {
     if (drive_.state() == DriveState::kOperationEnabled && drive_.brake_closed()) {
       return "brake closed while enabled";
     }
+    return nullptr;
+  }
+
+  const char* CheckObjects() {
     for (std::size_t i = 0; i < kObjectTable.size(); ++i) {
       const ObjectEntry& row = kObjectTable[i];
       const std::int64_t number = drive_.objects().Number(i);
