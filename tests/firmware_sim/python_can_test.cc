@@ -62,7 +62,7 @@ TEST(PythonCan, ReadsADriveByHandWhileOurMasterRunsIt) {
   const std::string spec = "udp:239.74.163.2:" + std::to_string(kPort);
   const std::string output = ::testing::TempDir() + "mantle_python_can_test.out";
   Process drives({MANTLE_BINARY_DIR "/mantle", "drives", "--bus", spec, "--nodes", "2"}, output);
-  RealTimeMaster rig(spec, NodesOneTo(2));
+  RealTimeMaster rig(spec, PatientNodesOneTo(2));
   rig.Enable();
   ASSERT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);
   // An SDO upload of 6041 of node 2, in python-can's words.

@@ -15,6 +15,16 @@
 
 namespace mantle::firmware_sim {
 
+/// Options for tests that ask for something else than time-outs: patience with a machine that has
+/// more work than processors, where everybody may stand still for some 100 ms.
+inline MasterOptions PatientNodesOneTo(int count) {
+  MasterOptions options = NodesOneTo(count);
+  options.supervisor.settings.rpdo_timeout_us = 1'000'000;
+  options.supervisor.settings.master_silence_us = 2'000'000;
+  options.supervisor.heartbeat_loss_us = 3'000'000;
+  return options;
+}
+
 class RealTimeMaster {
  public:
   RealTimeMaster(const std::string& spec, const MasterOptions& options)

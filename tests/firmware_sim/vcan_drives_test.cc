@@ -75,11 +75,7 @@ void PrintDistribution(const char* name, std::vector<std::int64_t> values) {
 
 TEST_F(VcanDrives, EightDrivesFollowTorqueAt100HzFor10SecondsAndNoFrameIsLost) {
   Process drives(DrivesCommand(8), output_);
-  // This test asks for lost frames, not for a punctual machine: patience with a stalled one.
-  MasterOptions options = NodesOneTo(8);
-  options.supervisor.settings.rpdo_timeout_us = kSecond_us / 2;
-  options.supervisor.settings.master_silence_us = kSecond_us;
-  RealTimeMaster rig(kSpec, options);
+  RealTimeMaster rig(kSpec, PatientNodesOneTo(8));
   rig.Enable();
   ASSERT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);
   std::array<std::uint64_t, 8> before{};
@@ -151,7 +147,7 @@ TEST_F(VcanDrives, TheMonitorSaysWhatHappensInWordsAndRecordsIt) {
                   output_);
   SleepFor(kSecond_us / 3);  // it says nothing when it is ready
   Process drives(DrivesCommand(2), output_ + ".drives");
-  RealTimeMaster rig(kSpec, NodesOneTo(2));
+  RealTimeMaster rig(kSpec, PatientNodesOneTo(2));
   rig.RunFor(kSecond_us / 2);
   rig.Enable();
   ASSERT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);
@@ -311,7 +307,7 @@ TEST_F(VcanDrives, AFloodEnablesNothingAndLeavesNothingBroken) {
   // `mantle drives` tells every change of state.
   EXPECT_EQ(ReadFile(output_).find("operation enabled"), std::string::npos) << ReadFile(output_);
 
-  RealTimeMaster rig(kSpec, NodesOneTo(8));
+  RealTimeMaster rig(kSpec, PatientNodesOneTo(8));
   rig.Enable();
   ASSERT_TRUE(rig.RunUntilEnabled(20 * kSecond_us)) << Describe(rig.master);
   // At full rate while they are enabled: they run on or fault, and come back.
@@ -328,7 +324,7 @@ TEST_F(VcanDrives, AFloodEnablesNothingAndLeavesNothingBroken) {
 TEST_F(VcanDrives, TwoDrivesWithOneNodeNumberAreNamedAndTakenDown) {
   Process drives(DrivesCommand(3), output_);
   Process intruder(DrivesCommand(1, 2), output_ + ".intruder");
-  RealTimeMaster rig(kSpec, NodesOneTo(3));
+  RealTimeMaster rig(kSpec, PatientNodesOneTo(3));
   rig.Enable();
   rig.RunFor(4 * kSecond_us);
   EXPECT_EQ(rig.master.drive(1).problem, DriveProblem::kDuplicateNode)
