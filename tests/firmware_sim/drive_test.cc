@@ -75,6 +75,7 @@ TEST(Drive, ACableThatIsNoCableIsRefused) {
   DriveBench bench(DriveConfig{.cable = {0.5, 0.0, 0.0}});
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   constexpr double kInf = std::numeric_limits<double>::infinity();
+  EXPECT_THROW(Drive({.cable = {0.0, kNan, 0.0}}, 0), std::invalid_argument);
   EXPECT_FALSE(bench.drive.SetCable({kNan, 0.0, 0.0}));
   EXPECT_FALSE(bench.drive.SetCable({0.0, kInf, 0.0}));
   EXPECT_FALSE(bench.drive.SetCable({0.0, 1.0, kNan}));
