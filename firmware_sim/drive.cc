@@ -35,13 +35,17 @@ NodeId Checked(NodeId node) {
 }  // namespace
 
 Drive::Drive(const DriveConfig& config, std::int64_t start_us)
-    : config_(config),
-      node_(Checked(config.node)),
-      winch_(config.motor, config.winch),
-      supply_v_(config.stage.supply_v),
+    : node_(Checked(config.node)),
+      winch_(kMotor, kWinch),
+      supply_v_(kStage.supply_v),
       now_us_(start_us),
       next_tick_us_(start_us + kControlTick_us) {
-  around_.cable = config.cable;
+  if (!SetCable(config.cable)) {
+    throw std::invalid_argument(fmt::format(
+        "cable of drive {}: tension {} N, stiffness {} N/m, at {} m reeled in: must be finite, the "
+        "stiffness not below 0",
+        config.node, config.cable.tension_n, config.cable.stiffness_n_m, config.cable.at_reeled_m));
+  }
   node_.Boot(start_us, false);
   state_ = DriveState::kSwitchOnDisabled;  // transitions 0 and 1
   RefreshObjects();
@@ -78,14 +82,14 @@ void Drive::SubStep() {
   command.brake_closed = stage_command_.brake_closed || disturbance_ == Disturbance::kJammed;
   if (command.powered) {
     const double reference_a =
-        1e-3 * stage_command_.torque * kRatedTorque_nm / config_.motor.torque_constant_nm_a;
-    const double speed_rad_s = tracker_.measured().velocity_counts_s * 2.0 * std::numbers::pi /
-                               config_.winch.counts_per_turn;
-    command.voltage_v = regulator_.Voltage(config_.motor, reference_a, winch_.current_a(),
+        1e-3 * stage_command_.torque * kRatedTorque_nm / kMotor.torque_constant_nm_a;
+    const double speed_rad_s =
+        tracker_.measured().velocity_counts_s * 2.0 * std::numbers::pi / kWinch.counts_per_turn;
+    command.voltage_v = regulator_.Voltage(kMotor, reference_a, winch_.current_a(),
                                            encoder_broken_ ? 0.0 : speed_rad_s, Supply_v());
   }
   winch_.Step(command, around_);
-  if (std::abs(winch_.current_a()) > config_.stage.over_current_a) stage_tripped_ = true;
+  if (std::abs(winch_.current_a()) > kStage.over_current_a) stage_tripped_ = true;
 }
 
 void Drive::Tick() {
@@ -108,12 +112,12 @@ void Drive::TickEncoder() {
   }
   if (encoder_broken_) tracker_ = EncoderTracker(winch_.encoder_counts());
   encoder_broken_ = false;
-  const double torque_nm = winch_.current_a() * config_.motor.torque_constant_nm_a;
+  const double torque_nm = winch_.current_a() * kMotor.torque_constant_nm_a;
   tracker_.Update(winch_.encoder_counts(), 1000.0 * torque_nm / kRatedTorque_nm);
 }
 
 ReleaseInputs Drive::GatherInputs() const {
-  return {tracker_.measured(), winch_.tension_n() < config_.winch.slack_tension_n, StageMayRun(),
+  return {tracker_.measured(), winch_.tension_n() < kWinch.slack_tension_n, StageMayRun(),
           !encoder_broken_};
 }
 
@@ -175,11 +179,11 @@ std::uint16_t Drive::Statusword() const {
   unsigned word = EncodeState(state_);
   const double supply_v = Supply_v();
   const bool enabled = state_ == DriveState::kOperationEnabled;
-  if (supply_v >= config_.stage.under_voltage_v && supply_v <= config_.stage.over_voltage_v) {
+  if (supply_v >= kStage.under_voltage_v && supply_v <= kStage.over_voltage_v) {
     word |= statusword::kVoltageEnabled;
   }
   if (node_.emergency().IsPresent(EmcyCode::kPdoLength) ||
-      winch_.winding_c() > config_.stage.winding_warning_c) {
+      winch_.winding_c() > kStage.winding_warning_c) {
     word |= statusword::kWarning;
   }
   if (node_.state() != NmtState::kStopped) word |= statusword::kRemote;
@@ -194,7 +198,7 @@ std::uint16_t Drive::Statusword() const {
 void Drive::RefreshObjects() {
   ObjectDictionary& objects = node_.objects();
   const double current_a = winch_.current_a();
-  const double torque_nm = current_a * config_.motor.torque_constant_nm_a;
+  const double torque_nm = current_a * kMotor.torque_constant_nm_a;
   const Measured& measured = tracker_.measured();
   objects.Store(Slot(object::kStatusword), Statusword());
   objects.Store(Slot(object::kTorqueActual),

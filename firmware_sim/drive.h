@@ -23,9 +23,6 @@ namespace mantle::firmware_sim {
 
 struct DriveConfig {
   NodeId node{1};
-  MotorData motor{};
-  WinchData winch{};
-  PowerStageData stage{};
   /// The spring-loaded cable of a drive without a plant: 20 mm of slack, then 500 N/m.
   CableLoad cable{0.0, 500.0, 0.02};
 };
@@ -52,7 +49,7 @@ struct WinchOutput {
 class Drive {
  public:
   /// Powers up at `start_us`: the boot-up message waits in the queue. Throws std::invalid_argument
-  /// for a node outside 1..126.
+  /// for a node outside 1..126 and for a cable that SetCable refuses.
   Drive(const DriveConfig& config, std::int64_t start_us);
 
   /// Takes a frame that was on the bus at `time_us` (advances to it first).
@@ -73,7 +70,6 @@ class Drive {
   }
   DriveState state() const { return state_; }
   NmtState nmt_state() const { return node_.state(); }
-  ReleasePhase release_phase() const { return release_.phase(); }
   bool brake_closed() const { return stage_command_.brake_closed; }
   /// What the loops ask of the power stage [1/1000 of rated torque].
   double demanded_torque() const { return stage_command_.powered ? stage_command_.torque : 0.0; }
@@ -112,7 +108,10 @@ class Drive {
   double Supply_v() const;
   double Ambient_c() const;
 
-  DriveConfig config_;
+  static constexpr MotorData kMotor{};
+  static constexpr WinchData kWinch{};
+  static constexpr PowerStageData kStage{};
+
   CanopenNode node_;
   Winch winch_;
   Surroundings around_{};

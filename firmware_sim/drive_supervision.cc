@@ -49,12 +49,11 @@ double Drive::Ambient_c() const {
 
 bool Drive::StageMayRun() const {
   const double supply_v = Supply_v();
-  return !stage_tripped_ && supply_v >= config_.stage.under_voltage_v &&
-         supply_v <= config_.stage.over_voltage_v;
+  return !stage_tripped_ && supply_v >= kStage.under_voltage_v && supply_v <= kStage.over_voltage_v;
 }
 
 bool Drive::Trips(EmcyCode code) {
-  const PowerStageData& limit = config_.stage;
+  const PowerStageData& limit = kStage;
   const bool active =
       state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive;
   switch (code) {
@@ -85,11 +84,11 @@ bool Drive::Trips(EmcyCode code) {
 }
 
 bool Drive::Lasts(EmcyCode code) {
-  const PowerStageData& limit = config_.stage;
+  const PowerStageData& limit = kStage;
   const bool operational = node_.state() == NmtState::kOperational;
   switch (code) {
     case EmcyCode::kOverCurrent:
-      return winch_.resistance_ohm() < kShortedShare * config_.motor.resistance_ohm;
+      return winch_.resistance_ohm() < kShortedShare * kMotor.resistance_ohm;
     case EmcyCode::kUnderVoltage:
       return Supply_v() < limit.under_voltage_v;
     case EmcyCode::kOverTemperatureDevice:

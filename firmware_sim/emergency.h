@@ -22,7 +22,6 @@ class Emergency {
   bool Clear(EmcyCode code, ObjectDictionary& objects);
 
   bool IsPresent(EmcyCode code) const { return (present_ & Bit(code)) != 0; }
-  bool any() const { return present_ != 0; }
 
   /// Writes 1001 from what is present.
   void UpdateRegister(ObjectDictionary& objects) const;

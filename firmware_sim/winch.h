@@ -75,7 +75,6 @@ class Winch {
   double rate_m_s() const { return metres_per_rad_ * speed_rad_s_; }
   double tension_n() const { return tension_n_; }  ///< mean of the last sub-step
   double winding_c() const { return thermal_.winding_c; }
-  double housing_c() const { return thermal_.housing_c; }
   void SetTemperatures(double winding_c, double housing_c) { thermal_ = {winding_c, housing_c}; }
   std::int64_t encoder_counts() const;
 

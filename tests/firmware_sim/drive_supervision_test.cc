@@ -69,6 +69,28 @@ TEST(DriveSupervision, EveryDisturbanceFaultsAndResetWaitsForItsEnd) {
   }
 }
 
+TEST(DriveSupervision, SupplyIsWatchedAtItsBounds) {
+  const PowerStageData stage;
+  constexpr double kMargin_v = 0.01;
+  const std::pair<double, EmcyCode> cases[] = {
+      {stage.under_voltage_v + kMargin_v, EmcyCode::kNoError},
+      {stage.under_voltage_v - kMargin_v, EmcyCode::kUnderVoltage},
+      {stage.over_voltage_v - kMargin_v, EmcyCode::kNoError},
+      {stage.over_voltage_v + kMargin_v, EmcyCode::kOverVoltage},
+  };
+  for (const auto& [supply_v, code] : cases) {
+    DriveBench bench;
+    bench.Enable({});
+    bench.drive.SetSupply(supply_v);
+    bench.Advance(2'000);
+    if (code == EmcyCode::kNoError) {
+      EXPECT_EQ(bench.drive.state(), DriveState::kOperationEnabled) << supply_v;
+    } else {
+      EXPECT_EQ(bench.Emergencies(), (std::vector<EmcyCode>{code})) << supply_v;
+    }
+  }
+}
+
 TEST(DriveSupervision, AResetBitHeldHighIsNoEdge) {
   DriveBench bench;
   bench.Enable({});

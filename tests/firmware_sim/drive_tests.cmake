@@ -1,6 +1,6 @@
 # The drives: each file of firmware_sim has its test; what fuzzes, ships or is typed stands below.
 foreach(name IN ITEMS
-    canopen_node cia402 command_drives drive_supervision drive_watchdog emergency motion
+    canopen_node cia402 command_drives drive drive_supervision drive_watchdog emergency motion
     object_dictionary pdo power_stage release sdo_server state_machine winch winding)
   mantle_test(firmware_sim.${name} ${name}_test.cc LIBS mantle::firmware_sim)
 endforeach()
