@@ -25,5 +25,9 @@ void AddRunCommand(CLI::App& app, int& exit_status);
 void AddStaticCommand(CLI::App& app, int& exit_status);
 /// `mantle check`: what is active and what it will cost.
 void AddCheckCommand(CLI::App& app, int& exit_status);
+/// `mantle bus`: watches a bus, counts its load, replays logs.
+void AddBusCommand(CLI::App& app, int& exit_status);
+/// `mantle drives`: N winch drives alone on a bus, in real time.
+void AddDrivesCommand(CLI::App& app, int& exit_status);
 
 }  // namespace mantle::tools

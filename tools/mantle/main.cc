@@ -18,6 +18,8 @@ int main(int argc, char** argv) {
   AddRunCommand(app, exit_status);
   AddStaticCommand(app, exit_status);
   AddCheckCommand(app, exit_status);
+  AddBusCommand(app, exit_status);
+  AddDrivesCommand(app, exit_status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {
