@@ -173,7 +173,7 @@ TEST(MantleRun, AnInterruptEndsTheRunWithACheckpoint) {
   // The shell waits for the first checkpoint, then interrupts the program.
   const Outcome outcome = Mantle(folder, run +
                                              " --checkpoint-every 1 & p=$!; "
-                                             "while [ ! -e out/checkpoint ]; do sleep 0.05; done; "
+                                             "while [ ! -e out/checkpoint ] && kill -0 $p; do sleep 0.05; done; "
                                              "kill -INT $p; wait $p");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/checkpoint"));

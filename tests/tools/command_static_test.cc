@@ -19,7 +19,7 @@ TEST(MantleStatic, ElasticaReachesItsDeflections) {
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const auto summary = nlohmann::json::parse(outcome.out);
     EXPECT_NEAR(summary["tips"]["rod"]["position_m"][1].get<double>(), deflection, kElasticaMesh);
-    EXPECT_EQ(summary["load_factor"], 1.0);
+    EXPECT_DOUBLE_EQ(summary["load_factor"].get<double>(), 1.0);
     EXPECT_TRUE(summary["limit_load_factor"].is_null());
     EXPECT_DOUBLE_EQ(summary["loads"]["rod.tip.force"]["at_end"].get<double>(), load);
     EXPECT_EQ(summary["loads"]["rod.tip.force"]["unit"], "N");

@@ -37,8 +37,9 @@ inline std::filesystem::path FreshFolder(const std::string& name) {
 /// `arguments` go through the shell; standard error is caught in `folder`.
 inline Outcome Mantle(const std::filesystem::path& folder, const std::string& arguments) {
   const std::filesystem::path err = folder / "stderr.txt";
-  const std::string command = "cd '" + folder.string() + "' && '" MANTLE_BINARY_DIR "/mantle' " +
-                              arguments + " 2>stderr.txt";
+  const std::string command = "cd '" + folder.string() +
+                              "' || exit 9; { '" MANTLE_BINARY_DIR "/mantle' " + arguments +
+                              "; } 2>stderr.txt";
   Outcome outcome{-1, {}, {}};
   std::FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;
