@@ -13,7 +13,7 @@ namespace mantle::model {
 namespace {
 
 using tests::Extrapolate;
-using tests::Run;
+using tests::CompleteRun;
 using tests::Settings;
 
 Robot UniformArm(int elements, bool added_mass) {

@@ -67,7 +67,7 @@ inline model::RunSettings Settings(model::Integrator integrator, double step_s, 
   return s;
 }
 
-inline model::RunResult Run(const model::Robot& robot, const model::RunSettings& settings) {
+inline model::RunResult CompleteRun(const model::Robot& robot, const model::RunSettings& settings) {
   const model::Plant plant(robot);
   model::Simulation simulation(plant, settings);
   const model::RunResult result = simulation.Run();
