@@ -211,7 +211,7 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
   }
   for (int j = 0; j <= n; ++j) chain.diagonal[j].diagonal() += s * s * shell.nodes[j].inertia;
 
-  if (effects.normal_pressure) {  // Hessian of the wall volume
+  if (effects.normal_pressure) {  // derivative of the swept-volume gradient
     const double p = inputs.normal_pressure_pa;
     const double third = std::numbers::pi / 3.0;
     const std::vector<Vector3>& q = state.shape;
@@ -232,11 +232,7 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
       chain.diagonal[i + 1](1, 0) += by_b;
     }
     const double two_pi = 2.0 * std::numbers::pi * p;
-    chain.diagonal[0](0, 0) += two_pi * q.front()(1);
-    chain.diagonal[0](0, 1) += two_pi * q.front()(0);
     chain.diagonal[0](1, 0) += two_pi * q.front()(0);
-    chain.diagonal[n](0, 0) -= two_pi * q.back()(1);
-    chain.diagonal[n](0, 1) -= two_pi * q.back()(0);
     chain.diagonal[n](1, 0) -= two_pi * q.back()(0);
   }
 
