@@ -14,10 +14,10 @@
 namespace mantle::model {
 namespace {
 
+using tests::CompleteRun;
 using tests::EveryEffect;
 using tests::Order;
 using tests::PaperRobot;
-using tests::CompleteRun;
 using tests::Settings;
 
 // The paper's swimming vehicle with a pulse, a torque and cables: everything that can do work.
@@ -39,19 +39,31 @@ Robot Swimmer(int arm_elements, int mantle_elements) {
   return robot;
 }
 
-// A smooth problem whose fast modes are not excited: a clamped arm under a load that starts gently.
-Robot GentleArm() {
+// A clamped arm under a load that starts gently: 1 - cos, zero value and slope at the start. In
+// water and viscous its fastest decay is 3e4/s: every step here is stiff.
+Robot StiffArm() {
   Robot robot;
   robot.name = "arm";
   robot.root = ClampedRoot{};
   robot.arms = {tests::PaperArm(6)};
   robot.arms[0].radius_tip_m = 0.015;
   robot.effects.added_mass = robot.effects.drag = robot.effects.viscosity = true;
-  // 1 - cos: zero value and slope at the start
   Vector6 load;
   load << 0, 0, 0, 0.3, 0.1, 0;
   robot.arms[0].points = {
       {"tip", 0.42, load, LoadFrame::kWorld, SineSchedule{0.5, 1.0, -M_PI / 2, 0.5, 0}}};
+  return robot;
+}
+
+// The same with inviscid, coarse and heavy-spinning sections: nothing faster than 200 rad/s, so
+// that steps of some milliseconds see the classical order.
+Robot GentleArm() {
+  Robot robot = StiffArm();
+  robot.effects.viscosity = false;
+  robot.arms[0].elements = 3;
+  Vector6 inertia = SectionInertia(1022, 0.015);
+  inertia.head<3>() *= 100;
+  robot.arms[0].inertia = inertia;
   return robot;
 }
 
@@ -68,30 +80,45 @@ Vector6 EndOf(const Robot& robot, Integrator integrator, double h, double durati
 TEST(Integrators, ConvergeAtTheirOrder) {
   const double duration = 0.4;
   const Robot robot = GentleArm();
-  const Vector6 exact = EndOf(robot, Integrator::kRk4, 2.5e-5, duration);
+  const Vector6 exact = EndOf(robot, Integrator::kRk4, 1e-4, duration);
   EXPECT_GT(exact.head<2>().norm(), 0.005);
   const struct {
     Integrator integrator;
     double step;
     int order;
-  } cases[] = {{Integrator::kBackwardEuler, 0.005, 1},
-               {Integrator::kSdirk2, 0.02, 2},
-               {Integrator::kSdirk3, 0.02, 3},
-               {Integrator::kRk4, 4e-4, 4}};
+  } cases[] = {{Integrator::kBackwardEuler, 0.001, 1},
+               {Integrator::kSdirk2, 0.004, 2},
+               {Integrator::kSdirk3, 0.004, 3},
+               {Integrator::kRk4, 0.002, 4}};
   for (const auto& c : cases) {
-    double errors[3];
-    for (int k = 0; k < 3; ++k) {
-      errors[k] = (EndOf(robot, c.integrator, c.step / (1 << k), duration) - exact).norm();
-    }
-    constexpr double kSlack = 0.25;
-    EXPECT_NEAR(Order(errors[1], errors[2]), c.order, kSlack)
-        << "order " << c.order << " errors " << errors[0] << " " << errors[1] << " " << errors[2];
+    const double coarse = (EndOf(robot, c.integrator, c.step, duration) - exact).norm();
+    const double fine = (EndOf(robot, c.integrator, 0.5 * c.step, duration) - exact).norm();
+    constexpr double kSlack = 0.3;  // the next term of the expansion still shows
+    EXPECT_NEAR(Order(coarse, fine), c.order, kSlack) << c.order << ": " << coarse << " " << fine;
   }
+}
+
+TEST(Integrators, StayAccurateWhereTheArmIsStiff) {
+  // Stage order 1 limits diagonally implicit methods to order 2 on stiff problems (Hairer & Wanner
+  // II, IV.15); they stay L-stable and the third order keeps the smaller constant.
+  const double duration = 0.4;
+  const Vector6 exact = EndOf(StiffArm(), Integrator::kRk4, 2.5e-5, duration);
+  double at_10_ms[3];
+  int k = 0;
+  for (Integrator integrator :
+       {Integrator::kBackwardEuler, Integrator::kSdirk2, Integrator::kSdirk3}) {
+    const double coarse = (EndOf(StiffArm(), integrator, 0.01, duration) - exact).norm();
+    const double fine = (EndOf(StiffArm(), integrator, 0.005, duration) - exact).norm();
+    EXPECT_GT(Order(coarse, fine), k == 0 ? 0.8 : 1.7) << k << ": " << coarse << " " << fine;
+    at_10_ms[k++] = coarse;
+  }
+  EXPECT_LT(at_10_ms[1], 0.1 * at_10_ms[0]);
+  EXPECT_LT(at_10_ms[2], 0.5 * at_10_ms[1]);
 }
 
 TEST(Integrators, StayOnOrderWithSwitchesInsideTheRun) {
   // Jumps at 0.1 and 0.17 s that no uniform grid meets: steps align with them.
-  Robot robot = GentleArm();
+  Robot robot = StiffArm();
   robot.arms[0].points[0].schedule = IntervalSchedule{0.3, {0.1}, {0.17}};
   const Vector6 exact = EndOf(robot, Integrator::kRk4, 2.5e-5, 0.3);
   const double coarse = (EndOf(robot, Integrator::kSdirk2, 0.004, 0.3) - exact).norm();
@@ -152,10 +179,10 @@ TEST(EnergyAccounts, DriftFallsAtTheIntegratorsOrder) {
     Integrator integrator;
     double step;
     int order;
-  } cases[] = {{Integrator::kBackwardEuler, 0.004, 1},
-               {Integrator::kSdirk2, 0.008, 2},
-               {Integrator::kSdirk3, 0.016, 3},
-               {Integrator::kRk4, 4e-4, 4}};
+  } cases[] = {{Integrator::kBackwardEuler, 0.001, 1},
+               {Integrator::kSdirk2, 0.004, 2},
+               {Integrator::kSdirk3, 0.004, 3},
+               {Integrator::kRk4, 0.002, 4}};
   const Robot robot = GentleArm();
   for (const auto& c : cases) {
     const double coarse = CompleteRun(robot, Settings(c.integrator, c.step, 0.4)).energy_drift;
@@ -205,7 +232,9 @@ TEST(Stepper, AllocatesNothingAfterTheFirstStep) {
   for (Integrator integrator :
        {Integrator::kSdirk2, Integrator::kSdirk3, Integrator::kBackwardEuler, Integrator::kRk4}) {
     const double h = integrator == Integrator::kRk4 ? 1e-6 : 0.005;
-    const auto stepper = MakeStepper(plant, Settings(integrator, h, 1).stepper);
+    StepperSettings settings;
+    settings.integrator = integrator;
+    const auto stepper = MakeStepper(plant, settings);
     PlantState state = InitialState(plant);
     EnergyAccount energy(plant);
     ASSERT_TRUE(stepper->Step(h, &state, &energy).ok);
@@ -221,7 +250,7 @@ TEST(Stepper, AllocatesNothingAfterTheFirstStep) {
 TEST(ExplicitRk4, RefusesAStepBeyondItsStabilityLimit) {
   // The limits of [physics.md] 7 for the arm in water are for another discretisation; the estimate
   // must be a limit of this one: below it the run holds, at twice it the same run blows up.
-  Robot robot = GentleArm();
+  Robot robot = StiffArm();
   robot.arms[0].elements = 20;
   robot.arms[0].radius_tip_m = 0.006;
   const Plant plant(robot);
@@ -248,9 +277,11 @@ TEST(ExplicitRk4, RefusesAStepBeyondItsStabilityLimit) {
 }
 
 TEST(Simulation, ReportsWhatStoppedItAndLeavesNoNan) {
-  // Fifty newtons on a soft arm: the mesh cannot follow. The run stops with time, body and cause.
-  Robot robot = GentleArm();
-  robot.arms[0].points[0].schedule = ConstantSchedule{3000.0};
+  // 5 N m on an arm of EJ = 4e-3 N m^2 would wind each element by 80 rad: the run stops with time,
+  // body, element and cause.
+  Robot robot = StiffArm();
+  robot.arms[0].points[0].wrench << 0, 5, 0, 0, 0, 0;
+  robot.arms[0].points[0].schedule = ConstantSchedule{1.0};
   const Plant plant(robot);
   RunSettings settings = Settings(Integrator::kSdirk2, 0.01, 1.0);
   settings.min_step_s = 1e-4;
@@ -258,6 +289,7 @@ TEST(Simulation, ReportsWhatStoppedItAndLeavesNoNan) {
   const RunResult result = simulation.Run();
   EXPECT_FALSE(result.ok);
   EXPECT_NE(result.reason.find("t = "), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("arm: node"), std::string::npos) << result.reason;
   EXPECT_LT(result.sim_time_s, 1.0);
   EXPECT_TRUE(simulation.state().velocity.allFinite());
   EXPECT_TRUE(result.last.tips[0].position.allFinite());

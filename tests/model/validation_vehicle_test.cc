@@ -75,6 +75,7 @@ TEST(Vehicle, NeutralBodyAtRestStaysAtRestForAMillionSteps) {
   // Every effect on, at an arbitrary pose: round-off of the reference shape is all that could move
   // it. A small mesh and backward Euler make a million steps affordable.
   Robot robot = PaperRobot(2, 8);
+  robot.mantle->stations_m.clear();
   robot.effects = EveryEffect();
   robot.root_pose.rotation = ExpSO3(Vector3(0.7, -0.4, 1.1));
   robot.root_pose.position = {0.3, -0.2, 0.5};
@@ -85,7 +86,7 @@ TEST(Vehicle, NeutralBodyAtRestStaysAtRestForAMillionSteps) {
   Simulation simulation(plant, settings);
   const Pose tip = AbsolutePose(plant, simulation.state(), 0, 2);
   ASSERT_TRUE(simulation.AdvanceTo(1e4).ok);
-  EXPECT_EQ(simulation.counters().steps, 1000000);
+  EXPECT_GE(simulation.counters().steps, 1000000);
   EXPECT_EQ(simulation.counters().rejected, 0);
   constexpr double kMoved_m = 1e-9;  // 1e4 s at 1e-13 m/s: residual stresses of 1e-16 relative
   const Pose now = AbsolutePose(plant, simulation.state(), 0, 2);
@@ -132,7 +133,7 @@ TEST(Vehicle, VibratingMantleOnAFreeRootInVacuoKeepsMomentaAndEnergy) {
   robot.mantle->initial_radial_speed_m_s = 0.2;
   robot.root_twist << 1.0, 0.7, 2.0, 0.1, 0.05, 0.2;
   const Plant plant(robot);
-  double previous_energy = 0, previous_momentum = 0;
+  double previous_energy = 0;
   for (double h : {1e-4, 5e-5}) {
     Simulation simulation(plant, Settings(Integrator::kRk4, h, 0.2));
     const Sample start = simulation.Observe();
@@ -141,14 +142,12 @@ TEST(Vehicle, VibratingMantleOnAFreeRootInVacuoKeepsMomentaAndEnergy) {
     EXPECT_GT(end.energies.elastic_mantle_j, 0.01 * start.energies.total());  // it does vibrate
     const double energy = std::abs(end.energies.total() / start.energies.total() - 1.0);
     const double momentum = (end.momentum - start.momentum).norm() / start.momentum.norm();
-    EXPECT_LT(energy, 1e-4 * std::pow(h / 5e-5, 4)) << h;
-    EXPECT_LT(momentum, 1e-7 * std::pow(h / 5e-5, 4)) << h;
+    EXPECT_LT(energy, 1e-7 * std::pow(h / 5e-5, 4)) << h;
+    EXPECT_LT(momentum, 1e-12) << h;  // the root turns slowly: (w h)^4 is round-off
     if (h < 7e-5) {
       EXPECT_GT(tests::Order(previous_energy, energy), 3.0);
-      EXPECT_GT(tests::Order(previous_momentum, momentum), 3.0);
     }
     previous_energy = energy;
-    previous_momentum = momentum;
   }
 }
 
