@@ -116,7 +116,8 @@ StepStatus Simulation::CheckRunaway() const {
 }
 
 StepStatus Simulation::TakeStep(double limit_s) {
-  const double next = std::min(limit_s, NextBreakpoint(plant_, state_.time_s));
+  const double breakpoint = NextBreakpoint(plant_, state_.time_s);
+  const double next = std::min(limit_s, breakpoint);
   const bool adaptive = settings_.stepper.integrator == Integrator::kCvode;
   StepStatus status;
   for (;;) {
@@ -127,7 +128,7 @@ StepStatus Simulation::TakeStep(double limit_s) {
     if (status.ok) {
       if (count <= 1.0) {
         state_.time_s = next;
-        if (adaptive && next < limit_s) stepper_->Restart();
+        if (adaptive && next == breakpoint) stepper_->Restart();
       }
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
       if (settings_.account_energy) AccountStep(h);
