@@ -271,6 +271,17 @@ TEST(Scene, EveryShippedSceneParsesAndBuilds) {
   EXPECT_GE(count, 24);
 }
 
+TEST(Scene, FrozenPaperDiffersFromThePaperInItsCouplingAlone) {
+  const auto bodies = [](const char* file) {
+    std::string text = ReadFile(file);
+    return text.substr(text.find("[robot]"));
+  };
+  std::string paper = bodies(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  const std::string exact = "coupling = \"exact\"";
+  paper.replace(paper.find(exact), exact.size(), "coupling = \"frozen\"");
+  EXPECT_EQ(bodies(MANTLE_SOURCE_DIR "/scenes/paper_frozen.toml"), paper);
+}
+
 // docs/scene.md against the reader.
 
 std::vector<std::string> Examples(const std::string& page) {

@@ -39,7 +39,7 @@ TEST(BadInput, IsRefusedInOneLineAndWritesNothing) {
                  "--set robot.coupling=frozen"),
        "robot.coupling: \"frozen\": must be \"exact\""},
       {"unstable explicit step", PaperWith("--set time.integrator=rk4"),
-       "paper.toml: time.step = 0.005 s: explicit RK4 is stable up to"},
+       "s: explicit RK4 is stable up to about"},
       {"missing scene", "run absent.toml --out out", "absent.toml: cannot be read: no such file"},
       {"no scene", "run --out out", "SCENE"},
       {"unknown option", PaperWith("--fast"), "--fast"},
@@ -49,6 +49,8 @@ TEST(BadInput, IsRefusedInOneLineAndWritesNothing) {
       {"statics of a free root", "static " + Scene("paper") + " --out out",
        "robot.root: must be \"clamped\""},
       {"resume of nothing", PaperWith("--resume absent"), "--resume: absent: cannot be read"},
+      {"checkpoints of CVODE", PaperWith("--set time.integrator=cvode --checkpoint-every 1"),
+       "--checkpoint-every: needs another integrator than cvode"},
       {"check of a wrong scene", "check " + Scene("paper") + " --set water.density=-1",
        "water.density: -1 kg/m^3: must be > 0"},
   };

@@ -10,7 +10,8 @@ namespace {
 
 // Short of the paper's scene, with everything in it: mantle, cone, arm, switching torque.
 const char* const kShort =
-    " --set time.duration=0.6 --set 'arms.arm.distributed.bend_z.schedule.off=[0.23]' "
+    " --set time.duration=0.6 --set time.step=0.005 --set output.interval=0.02 --set "
+    "'arms.arm.distributed.bend_z.schedule.off=[0.23]' "
     "--set mantle.elements=16 --set arms.arm.elements=6";
 
 std::vector<std::vector<std::string>> ReadCsv(const std::filesystem::path& path) {
@@ -60,7 +61,7 @@ TEST(MantleRun, WritesSummaryAndTrajectory) {
   EXPECT_FALSE(summary.at("work_j").contains("roll_drag")) << "not named by the scene";
   EXPECT_TRUE(summary.at("energetic_index").contains("positive_ratio_of_means"));
   EXPECT_EQ(summary.at("settings").at("integrator"), "sdirk2");
-  EXPECT_EQ(summary.at("overrides").size(), 4u);
+  EXPECT_EQ(summary.at("overrides").size(), 6u);
 
   const auto rows = ReadCsv(folder / "out/trajectory.csv");
   ASSERT_EQ(rows.size(), 1u + 31u) << "titles, t = 0 and every 20 ms";
@@ -171,10 +172,11 @@ TEST(MantleRun, AnInterruptEndsTheRunWithACheckpoint) {
   const auto folder = FreshFolder("interrupt");
   const std::string run = "run " + Scene("arm_dynamic") + " --set time.duration=1e5 --out out";
   // The shell waits for the first checkpoint, then interrupts the program.
-  const Outcome outcome = Mantle(folder, run +
-                                             " --checkpoint-every 1 & p=$!; "
-                                             "while [ ! -e out/checkpoint ] && kill -0 $p; do sleep 0.05; done; "
-                                             "kill -INT $p; wait $p");
+  const Outcome outcome =
+      Mantle(folder, run +
+                         " --checkpoint-every 1 & p=$!; "
+                         "while [ ! -e out/checkpoint ] && kill -0 $p; do sleep 0.05; done; "
+                         "kill -INT $p; wait $p");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/checkpoint"));
   EXPECT_EQ(ReadJson(folder / "out/summary.json.partial").at("reason"), "interrupted");
