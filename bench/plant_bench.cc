@@ -1,5 +1,5 @@
-// Speed of the plant (Google Benchmark): time per simulated second of scenes, cost against the number
-// of nodes and arms, and the memory of a state.
+// Speed of the plant (Google Benchmark): time per simulated second of scenes, cost against the
+// number of nodes and arms, and the memory of a state.
 
 #include <benchmark/benchmark.h>
 
@@ -30,8 +30,12 @@ void RunScene(benchmark::State& state, const char* name) {
   state.counters["realtime_factor"] = benchmark::Counter(simulated, benchmark::Counter::kIsRate);
 }
 BENCHMARK_CAPTURE(RunScene, paper, "paper.toml")->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(RunScene, mantle_swim, "mantle_swim.toml")->Unit(benchmark::kMillisecond)->UseRealTime();
-BENCHMARK_CAPTURE(RunScene, speed_rod, "speed_rod.toml")->Unit(benchmark::kMillisecond)->UseRealTime();
+BENCHMARK_CAPTURE(RunScene, mantle_swim, "mantle_swim.toml")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+BENCHMARK_CAPTURE(RunScene, speed_rod, "speed_rod.toml")
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
 
 Arm SwingingArm(int elements) {
   Arm arm = Load("paper.toml").robot.arms.at(0);
@@ -68,7 +72,11 @@ void ArmElements(benchmark::State& state) {
   Simulate(state, robot);
   state.SetComplexityN(state.range(0));
 }
-BENCHMARK(ArmElements)->RangeMultiplier(2)->Range(32, 2048)->Unit(benchmark::kMillisecond)->Complexity();
+BENCHMARK(ArmElements)
+    ->RangeMultiplier(2)
+    ->Range(32, 2048)
+    ->Unit(benchmark::kMillisecond)
+    ->Complexity();
 
 // k arms around the root: at most 8.5 times one for eight.
 void Arms(benchmark::State& state) {
@@ -93,7 +101,11 @@ void MantleElements(benchmark::State& state) {
   Simulate(state, robot);
   state.SetComplexityN(state.range(0));
 }
-BENCHMARK(MantleElements)->RangeMultiplier(2)->Range(32, 2048)->Unit(benchmark::kMillisecond)->Complexity();
+BENCHMARK(MantleElements)
+    ->RangeMultiplier(2)
+    ->Range(32, 2048)
+    ->Unit(benchmark::kMillisecond)
+    ->Complexity();
 
 // One evaluation of all forces of the paper's vehicle, and bytes of state per node.
 void Forces(benchmark::State& state) {
@@ -103,9 +115,9 @@ void Forces(benchmark::State& state) {
   EvaluateInputs(plant, 0.1, false, &inputs);
   PlantWork work(plant);
   for (auto _ : state) benchmark::DoNotOptimize(EvaluateForces(plant, at, inputs, &work));
-  const double bytes = static_cast<double>(at.pose.size() * sizeof(Pose) +
-                                           at.shape.size() * sizeof(Vector3)) +
-                       8.0 * static_cast<double>(at.velocity.size());
+  const double bytes =
+      static_cast<double>(at.pose.size() * sizeof(Pose) + at.shape.size() * sizeof(Vector3)) +
+      8.0 * static_cast<double>(at.velocity.size());
   state.counters["state_bytes_per_node"] = bytes / (plant.pose_count() + plant.shape_count());
 }
 BENCHMARK(Forces)->Unit(benchmark::kMicrosecond);
