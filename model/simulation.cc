@@ -53,6 +53,9 @@ void AddModeVelocity(const Plant& plant, PlantState* state) {
   }
 }
 
+// Energies below this are round-off of a robot at rest; a drift relative to them says nothing.
+constexpr double kNegligibleEnergy_j = 1e-18;
+
 }  // namespace
 
 Simulation::Simulation(const Plant& plant, const RunSettings& settings)
@@ -262,7 +265,7 @@ RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
   }
   const double end = EvaluateEnergies(plant_, state_, work_).total();
   const double scale = std::max(account_.peak_energy_j, turned);
-  if (scale > 0.0) {
+  if (scale > kNegligibleEnergy_j) {
     result.energy_drift = std::abs(end - account_.initial_energy_j - gained) / scale;
   }
   EnergeticIndex& index = result.index;
