@@ -81,6 +81,11 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   const double inv = 1.0 / e.chord;
   s.y << (q2 - q1) * inv, 0.5 * (q1(0) + q2(0)), 0.5 * (q1(2) + q2(2));
   s.y_dot << (v2 - v1) * inv, 0.5 * (v1(0) + v2(0)), 0.5 * (v1(2) + v2(2));
+  EvaluateShellStrains(e, m, state);
+}
+
+void EvaluateShellStrains(const ShellElement& e, const ShellMaterial& m, ShellElementState* state) {
+  ShellElementState& s = *state;
   const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), theta = s.y(4);
   s.sine = std::sin(theta);
   s.cosine = std::cos(theta);
@@ -105,25 +110,29 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   }
 }
 
-void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,
-                           Vector3* f2) {
+Vector5 ShellStrainForce(const ShellElement& e, const ShellElementState& s) {
   const Vector5 stress = s.elastic + s.viscous;
   const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), beta = s.strain(4);
   const double k = 1.0 / (e.radius * e.radius);
-  const double area_over_chord = e.area / e.chord;
-  const Vector3 slope(stress(0) * a - stress(2) * mu * s.cosine - stress(4) * s.sine,
-                      stress(0) * b - stress(2) * mu * s.sine + stress(4) * s.cosine,
-                      -stress(2) * s.lambda);
-  const double gr = 0.5 * e.area * k * (stress(1) * r - stress(3) * s.sine);
-  const double gt =
-      0.5 * e.area * (-stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda);
-  const Vector3 mean(gr, 0.0, gt);
-  *f1 += area_over_chord * slope - mean;
-  *f2 -= area_over_chord * slope + mean;
+  Vector5 f;
+  f << stress(0) * a - stress(2) * mu * s.cosine - stress(4) * s.sine,
+      stress(0) * b - stress(2) * mu * s.sine + stress(4) * s.cosine, -stress(2) * s.lambda,
+      k * (stress(1) * r - stress(3) * s.sine),
+      -stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda;
+  return -e.area * f;
 }
 
-void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
-                          double damping_scale, ShellElementTangent* out) {
+void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,
+                           Vector3* f2) {
+  const Vector5 f = ShellStrainForce(e, s);
+  const Vector3 slope = f.head<3>() / e.chord;
+  const Vector3 mean(0.5 * f(3), 0.0, 0.5 * f(4));
+  *f1 += mean - slope;
+  *f2 += mean + slope;
+}
+
+void ShellStrainTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                         Matrix5* stiffness, Matrix5* damping) {
   const Matrix5 g = StrainGradient(e, s);
   Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
   if (m.viscosity_pa_s > 0.0) {
@@ -132,10 +141,19 @@ void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const S
     for (int k = 0; k < 5; ++k) {
       rate_by_y.row(k) = (WeightedHessian(e, s, Vector5::Unit(k)) * s.y_dot).transpose();
     }
-    dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
+    dstress += Apply(Viscous(m), m.poisson, rate_by_y);
+    damping->noalias() = e.area * (g.transpose() * Apply(Viscous(m), m.poisson, g));
+  } else {
+    damping->setZero();
   }
-  const Matrix5 t =
-      e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+  *stiffness = e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+}
+
+void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                          double damping_scale, ShellElementTangent* out) {
+  Matrix5 stiffness, damping;
+  ShellStrainTangents(e, m, s, &stiffness, &damping);
+  const Matrix5 t = stiffness + damping_scale * damping;
   // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta)
   using Matrix53 = Eigen::Matrix<double, 5, 3>;
   Matrix53 j1 = Matrix53::Zero();
