@@ -13,6 +13,11 @@
 
 namespace mantle::model {
 
+/// Inverse of a 3x3 block by cofactors, of a 6x6 block by 3x3 Schur complements; where the leading
+/// block is (nearly) singular though the whole is not, by LU with pivoting.
+inline Eigen::Matrix3d InvertBlock(const Eigen::Matrix3d& a) { return a.inverse(); }
+Eigen::Matrix<double, 6, 6> InvertBlock(const Eigen::Matrix<double, 6, 6>& a);
+
 template <int B>
 class BlockTridiagonal {
  public:
@@ -38,7 +43,7 @@ class BlockTridiagonal {
   /// below `first` hold their Schur complements afterwards.
   bool Factor(int first) {
     for (int i = size() - 1; i >= first; --i) {
-      inverse_[i] = diagonal[i].inverse();
+      inverse_[i] = InvertBlock(diagonal[i]);
       if (!inverse_[i].allFinite()) return false;
       if (i > 0) {
         w_[i].noalias() = inverse_[i] * lower[i - 1];

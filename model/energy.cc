@@ -212,8 +212,8 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
     if (effects.normal_pressure) {
       // pressure times the rate of the wall's swept volume: U_dot plus the end planes' share
       const auto plane = [&](int j) {
-        const double r = state.shape[j](0), z = state.shape[j](1);
-        return std::numbers::pi * (2.0 * r * z * rate(j)(0) + r * r * rate(j)(1));
+        const double r = state.shape[j](0);
+        return std::numbers::pi * r * r * rate(j)(1);
       };
       const int n = shell.element_count();
       power_[at++] = inputs.normal_pressure_pa * (work.volume_rate_m3_s + plane(n) - plane(0));

@@ -17,6 +17,9 @@ NewtonMatrix::NewtonMatrix(const Plant& plant) {
     b->schur_inverse.setZero(p, p);
     b->t.setZero(p, base);
     b->q.setZero(base, p);
+    b->schur.setIdentity(p, p);
+    b->scaled.setZero(p, base);
+    if (p > 0) b->lu.compute(b->schur);
     b->u.setZero(p);
     b->reduced.setZero(p);
     b->active = p;
@@ -42,6 +45,16 @@ NewtonMatrix::NewtonMatrix(const Plant& plant) {
   shell_.coupling.setZero(3 * n);
   shell_.response.setZero(3 * n);
   shell_.rhs.setZero(3 * n);
+}
+
+bool NewtonMatrix::Border::FactorSchur() {
+  schur.setIdentity();
+  schur.noalias() -= row.transpose() * solved;
+  lu.compute(schur);
+  schur_inverse.setIdentity();
+  schur_inverse = lu.solve(schur_inverse);
+  scaled.noalias() = schur_inverse * t;
+  return schur_inverse.allFinite();
 }
 
 void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& state,
@@ -174,11 +187,8 @@ bool NewtonMatrix::FactorArm(const Plant& plant, int a) {
       part.chain.Substitute(1, part.response.col(k));
     }
     b.t.noalias() = b.row.transpose() * part.response;  // base's own entries included: row 0 x I
-    Eigen::MatrixXd schur = Eigen::MatrixXd::Identity(p, p);
-    schur.noalias() -= b.row.transpose() * b.solved;
-    b.schur_inverse = schur.inverse();
-    if (!b.schur_inverse.allFinite()) return false;
-    base.noalias() -= b.q * (b.schur_inverse * b.t);
+    if (!b.FactorSchur()) return false;
+    base.noalias() -= b.q * b.scaled;
   }
   if (coupled) root_.noalias() += part.adjoint.transpose() * base * part.adjoint;
   return true;
@@ -201,7 +211,7 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
   }
   for (int j = 0; j <= n; ++j) chain.diagonal[j].diagonal() += s * s * shell.nodes[j].inertia;
 
-  if (effects.normal_pressure) {  // Hessian of the wall volume
+  if (effects.normal_pressure) {  // derivative of the swept-volume gradient
     const double p = inputs.normal_pressure_pa;
     const double third = std::numbers::pi / 3.0;
     const std::vector<Vector3>& q = state.shape;
@@ -222,11 +232,7 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
       chain.diagonal[i + 1](1, 0) += by_b;
     }
     const double two_pi = 2.0 * std::numbers::pi * p;
-    chain.diagonal[0](0, 0) += two_pi * q.front()(1);
-    chain.diagonal[0](0, 1) += two_pi * q.front()(0);
     chain.diagonal[0](1, 0) += two_pi * q.front()(0);
-    chain.diagonal[n](0, 0) -= two_pi * q.back()(1);
-    chain.diagonal[n](0, 1) -= two_pi * q.back()(0);
     chain.diagonal[n](1, 0) -= two_pi * q.back()(0);
   }
 
@@ -311,12 +317,9 @@ bool NewtonMatrix::FactorShell(const Plant&) {
   b.t.noalias() -= b.row.transpose() * shell_.response;
   b.q = b.base_column;
   b.q.noalias() -= shell_.coupling.transpose() * b.solved;
-  Eigen::MatrixXd schur = Eigen::MatrixXd::Identity(p, p);
-  schur.noalias() -= b.row.transpose() * b.solved;
-  b.schur_inverse = schur.inverse();
-  if (!b.schur_inverse.allFinite()) return false;
+  if (!b.FactorSchur()) return false;
   shell_.coupling_pivot =
-      -shell_.coupling.dot(shell_.response) - (b.q * b.schur_inverse * b.t)(0, 0);
+      -shell_.coupling.dot(shell_.response) - b.q.row(0).dot(b.scaled.col(0));
   root_(5, 5) += shell_.coupling_pivot;
   return true;
 }
@@ -364,7 +367,8 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
       Border& b = part.border;
       part.rhs.head<6>().setZero();
       part.chain.Substitute(1, part.rhs);  // y, with x0 = 0
-      b.reduced.noalias() = -(b.row.transpose() * part.rhs);
+      b.reduced.noalias() = b.row.transpose() * part.rhs;
+      b.reduced = -b.reduced;
       b.u.noalias() = b.schur_inverse * b.reduced;
       base.noalias() -= b.q * b.u;
     }
@@ -378,7 +382,8 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
     }
     shell_.chain.Eliminate(0, shell_.rhs);
     shell_.chain.Substitute(0, shell_.rhs);
-    b.reduced.noalias() = -(b.row.transpose() * shell_.rhs);
+    b.reduced.noalias() = b.row.transpose() * shell_.rhs;
+    b.reduced = -b.reduced;
     b.u.noalias() = b.schur_inverse * b.reduced;
     root(5) -= shell_.coupling.dot(shell_.rhs) + b.q.row(0).dot(b.u);
   }

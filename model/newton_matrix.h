@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/LU>
 #include <vector>
 
 #include "model/block_tridiagonal.h"
@@ -45,8 +46,12 @@ class NewtonMatrix {
     Eigen::MatrixXd schur_inverse;          // (E - row^T Z)^-1
     Eigen::MatrixXd t;                      // p x b: base_row^T + row^T Y0
     Eigen::MatrixXd q;                      // b x p: base_column - A_0I Z
+    Eigen::MatrixXd schur, scaled;          // p x p and p x b scratch
+    Eigen::PartialPivLU<Eigen::MatrixXd> lu;
     VectorX u, reduced;
     int active{0};
+
+    bool FactorSchur();  // schur <- I - row^T solved; schur_inverse, scaled = schur_inverse t
   };
   struct ArmPart {
     BlockTridiagonal<6> chain;

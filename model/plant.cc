@@ -27,7 +27,12 @@ double Extent(const Robot& robot) {
     length = std::max(length, arm.mount.position.norm() + arm.length_m);
   }
   if (robot.mantle) length = std::max(length, MeridianLength(*robot.mantle));
-  return length;
+  if (length > 0 || !robot.rigid_body) return length;
+  // A rigid body alone: a cone's height, or the size of a ball of that radius of gyration.
+  if (const Cone* cone = std::get_if<Cone>(&robot.rigid_body->shape)) return cone->height_m;
+  const auto& given = std::get<GivenInertia>(robot.rigid_body->shape);
+  const double gyration = std::sqrt(given.inertia_kg_m2.trace() / given.mass_kg);
+  return gyration > 0 ? 2.0 * gyration : 1.0;
 }
 
 CableInput InputOf(const CableDrive& drive, double rest_m, double t, bool from_left) {

@@ -211,14 +211,11 @@ void ShellVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gr
 }
 
 void ShellWallVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gradient) {
-  // wall volume = U + [pi r^2 z] between the ends = integral of 2 pi r r' z dX
+  // What the wall sweeps, integral of 2 pi r (r' dz - z' dr) dX, is dU without its end planes' share
+  // -[pi r^2 dz].
   ShellVolumeGradient(q, gradient);
-  const double r0 = q.front()(0), r1 = q.back()(0);
-  const double z0 = q.front()(1), z1 = q.back()(1);
-  gradient->front()(0) -= 2.0 * kPi * r0 * z0;
-  gradient->front()(1) -= kPi * r0 * r0;
-  gradient->back()(0) += 2.0 * kPi * r1 * z1;
-  gradient->back()(1) += kPi * r1 * r1;
+  gradient->front()(1) -= kPi * q.front()(0) * q.front()(0);
+  gradient->back()(1) += kPi * q.back()(0) * q.back()(0);
 }
 
 }  // namespace mantle::model

@@ -64,8 +64,9 @@ Shell MakeShell(const Mantle& mantle, const Water& water, const Effects& effects
 double ShellVolume(const std::vector<Vector3>& q);
 /// dU/d(r, z, theta) per node.
 void ShellVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gradient);
-/// Volume swept by the wall: U closed by the end planes, whose gradient times a pressure is the
-/// force of that pressure on the wall alone.
+/// Volume that a unit rate of (r, z) makes the wall sweep: dU without what the end planes sweep. Times a
+/// pressure it is the force of that pressure on the wall alone (no gradient of a function of q where an
+/// end's radius is free).
 void ShellWallVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gradient);
 
 }  // namespace mantle::model

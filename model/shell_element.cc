@@ -42,6 +42,27 @@ Matrix5 WeightedHessian(const ShellElement& e, const ShellElementState& s, const
   return h;
 }
 
+// Rows: d strain_rate / d y, strain_rate = (d strain/d y)(y) y_dot: rows (Hessian_k y_dot)^T.
+Matrix5 StrainRateGradient(const ShellElement& e, const ShellElementState& s) {
+  const double mu = s.y(2), r = s.y(3), beta = s.strain(4);
+  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3), td = s.y_dot(4);
+  const double k = 1.0 / (e.radius * e.radius);
+  Matrix5 g = Matrix5::Zero();
+  g(0, 0) = ad;
+  g(0, 1) = bd;
+  g(1, 3) = rd * k;
+  g(2, 0) = -mud * s.cosine + mu * s.sine * td;
+  g(2, 1) = -mud * s.sine - mu * s.cosine * td;
+  g(2, 2) = -ad * s.cosine - bd * s.sine - beta * td;
+  g(2, 4) = -mud * beta + mu * (ad * s.sine - bd * s.cosine + s.lambda * td);
+  g(3, 3) = -s.cosine * td * k;
+  g(3, 4) = (r * s.sine * td - s.cosine * rd) * k;
+  g(4, 0) = -s.cosine * td;
+  g(4, 1) = -s.sine * td;
+  g(4, 4) = -s.cosine * ad - s.sine * bd - beta * td;
+  return g;
+}
+
 // Symmetric material matrix of the quadratic form, applied: stress = C strain.
 Vector5 Apply(double membrane, double bending, double shear, double nu, const Vector5& x) {
   return Vector5(membrane * (x(0) + nu * x(1)), membrane * (x(1) + nu * x(0)),
@@ -70,6 +91,18 @@ Matrix5 Apply(const Moduli& c, double nu, const Matrix5& x) {
   y.row(3) = c.bending * (x.row(3) + nu * x.row(2));
   y.row(4) = c.shear * x.row(4);
   return y;
+}
+
+// -(df_y/dy + damping_scale df_y/dy_dot), f_y the force conjugate to y.
+Matrix5 StrainTangent(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                      double damping_scale) {
+  const Matrix5 g = StrainGradient(e, s);
+  Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
+  if (m.viscosity_pa_s > 0.0) {
+    const Matrix5 rate_by_y = StrainRateGradient(e, s);
+    dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
+  }
+  return e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
 }
 
 }  // namespace
@@ -133,40 +166,33 @@ void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Ve
 
 void ShellStrainTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
                          Matrix5* stiffness, Matrix5* damping) {
+  *stiffness = StrainTangent(e, m, s, 0.0);
+  damping->setZero();
+  if (m.viscosity_pa_s == 0.0) return;
   const Matrix5 g = StrainGradient(e, s);
-  Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
-  if (m.viscosity_pa_s > 0.0) {
-    // strain_rate = g(y) y_dot: its derivative in y has rows (Hessian_k y_dot)^T
-    Matrix5 rate_by_y;
-    for (int k = 0; k < 5; ++k) {
-      rate_by_y.row(k) = (WeightedHessian(e, s, Vector5::Unit(k)) * s.y_dot).transpose();
-    }
-    dstress += Apply(Viscous(m), m.poisson, rate_by_y);
-    damping->noalias() = e.area * (g.transpose() * Apply(Viscous(m), m.poisson, g));
-  } else {
-    damping->setZero();
-  }
-  *stiffness = e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+  damping->noalias() = e.area * (g.transpose() * Apply(Viscous(m), m.poisson, g));
 }
 
 void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
                           double damping_scale, ShellElementTangent* out) {
-  Matrix5 stiffness, damping;
-  ShellStrainTangents(e, m, s, &stiffness, &damping);
-  const Matrix5 t = stiffness + damping_scale * damping;
-  // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta)
-  using Matrix53 = Eigen::Matrix<double, 5, 3>;
-  Matrix53 j1 = Matrix53::Zero();
-  j1(0, 0) = j1(1, 1) = j1(2, 2) = -1.0 / e.chord;
-  j1(3, 0) = j1(4, 2) = 0.5;
-  Matrix53 j2 = j1;
-  j2.topRows<3>() *= -1.0;
-  const Matrix53 t1 = t * j1;
-  const Matrix53 t2 = t * j2;
-  out->a11.noalias() = j1.transpose() * t1;
-  out->a12.noalias() = j1.transpose() * t2;
-  out->a21.noalias() = j2.transpose() * t1;
-  out->a22.noalias() = j2.transpose() * t2;
+  const Matrix5 t = StrainTangent(e, m, s, damping_scale);
+  // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta). With S the slope block, F the slope-mean
+  // blocks carried to (r, z, theta), and G the mean block:
+  const double inv = 1.0 / e.chord;
+  const Matrix3 slope = inv * inv * t.topLeftCorner<3, 3>();
+  Matrix3 right = Matrix3::Zero(), left = Matrix3::Zero(), mean = Matrix3::Zero();
+  right.col(0) = 0.5 * inv * t.col(3).head<3>();
+  right.col(2) = 0.5 * inv * t.col(4).head<3>();
+  left.row(0) = 0.5 * inv * t.row(3).head<3>();
+  left.row(2) = 0.5 * inv * t.row(4).head<3>();
+  mean(0, 0) = 0.25 * t(3, 3);
+  mean(0, 2) = 0.25 * t(3, 4);
+  mean(2, 0) = 0.25 * t(4, 3);
+  mean(2, 2) = 0.25 * t(4, 4);
+  out->a11 = slope - right - left + mean;
+  out->a12 = -slope - right + left + mean;
+  out->a21 = -slope + right - left + mean;
+  out->a22 = slope + right + left + mean;
 }
 
 double ShellElementEnergy(const ShellElement& e, const ShellElementState& s) {

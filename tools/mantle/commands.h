@@ -7,10 +7,27 @@
 /// 3 a run that could not continue (what it reached is kept as *.partial); 1 anything else.
 
 #include <CLI/CLI.hpp>
+#include <stdexcept>
 
 namespace mantle::tools {
 
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitCannotContinue = 3;
+
+/// Bad input other than a scene's (an option, an output folder): one line, exit status 2.
+struct BadInput : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// `mantle run`: a scene in time.
+void AddRunCommand(CLI::App& app, int& exit_status);
+/// `mantle static`: a scene's equilibrium.
+void AddStaticCommand(CLI::App& app, int& exit_status);
+/// `mantle check`: what is active and what it will cost.
+void AddCheckCommand(CLI::App& app, int& exit_status);
+/// `mantle bus`: watches a bus, counts its load, replays logs.
+void AddBusCommand(CLI::App& app, int& exit_status);
+/// `mantle drives`: N winch drives alone on a bus, in real time.
+void AddDrivesCommand(CLI::App& app, int& exit_status);
 
 }  // namespace mantle::tools

@@ -1,18 +1,38 @@
 #include <exception>
 #include <iostream>
 
+#include "model/rod.h"
+#include "model/toml_document.h"
 #include "tools/mantle/commands.h"
 
 int main(int argc, char** argv) {
-  CLI::App app{"Mantle: soft underwater vehicles, from the full model to motors on a bus."};
+  using namespace mantle::tools;
+  CLI::App app{
+      "Mantle: soft underwater vehicles, from the full model to motors on a bus.\n\n"
+      "Start with:  mantle check scenes/paper.toml\n"
+      "             mantle run scenes/paper.toml --out results"};
+  app.name("mantle");
   app.require_subcommand(1);
   app.set_version_flag("--version", MANTLE_VERSION);
   int exit_status = 0;
+  AddRunCommand(app, exit_status);
+  AddStaticCommand(app, exit_status);
+  AddCheckCommand(app, exit_status);
+  AddBusCommand(app, exit_status);
+  AddDrivesCommand(app, exit_status);
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& help) {
+    return app.exit(help);
   } catch (const CLI::ParseError& error) {
-    const int status = app.exit(error);
-    return status == 0 ? 0 : mantle::tools::kExitBadInput;
+    std::cerr << "mantle: " << error.what() << " (mantle --help lists the commands)\n";
+    return kExitBadInput;
+  } catch (const BadInput& error) {
+    std::cerr << "mantle: " << error.what() << "\n";
+    return kExitBadInput;
+  } catch (const mantle::model::BadScene& error) {
+    std::cerr << "mantle: " << error.what() << "\n";
+    return kExitBadInput;
   } catch (const std::exception& error) {
     std::cerr << "mantle: " << error.what() << "\n";
     return 1;

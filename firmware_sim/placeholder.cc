@@ -1,1 +1,0 @@
-namespace mantle::firmware_sim {}

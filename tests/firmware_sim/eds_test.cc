@@ -1,0 +1,20 @@
+#include "firmware_sim/eds.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace mantle::firmware_sim {
+namespace {
+
+TEST(Eds, TheShippedFileIsTheGeneratedOne) {
+  std::ifstream file(MANTLE_SOURCE_DIR "/firmware_sim/mantle_drive.eds");
+  std::stringstream text;
+  text << file.rdbuf();
+  EXPECT_EQ(text.str(), MakeEds())
+      << "run: build/mantle drives --eds > firmware_sim/mantle_drive.eds";
+}
+
+}  // namespace
+}  // namespace mantle::firmware_sim

@@ -1,0 +1,30 @@
+# No sanitizer runs inside User-Mode Linux: its address space is too small for their shadow memory.
+if(MANTLE_SANITIZE)
+  return()
+endif()
+
+# mantle_vcan_test(name file.cc LIMIT s LIBS ...): a program that needs vcan0, run through
+# tools/vcan_run, directly or inside User-Mode Linux. LIMIT counts inside. It has the machine to
+# itself: its time limits are those of the wall clock.
+function(mantle_vcan_test name)
+  cmake_parse_arguments(ARG "" "LIMIT" "LIBS" ${ARGN})
+  string(REPLACE "." "_" target "test_${name}")
+  add_executable(${target} ${ARG_UNPARSED_ARGUMENTS})
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_definitions(${target} PRIVATE MANTLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+    MANTLE_BINARY_DIR="${PROJECT_BINARY_DIR}")
+  target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gtest_main mantle_flags)
+  add_test(NAME ${name}
+    COMMAND ${PROJECT_SOURCE_DIR}/tools/vcan_run -t ${ARG_LIMIT} -- $<TARGET_FILE:${target}>)
+  math(EXPR limit "${ARG_LIMIT} + 40")
+  set_tests_properties(${name} PROPERTIES TIMEOUT ${limit} RUN_SERIAL TRUE)
+endfunction()
+
+mantle_vcan_test(firmware_sim.socket_can_bus socket_can_bus_test.cc LIMIT 60
+  LIBS mantle::firmware_sim)
+mantle_vcan_test(firmware_sim.vcan_drives vcan_drives_test.cc LIMIT 150
+  LIBS mantle::firmware_sim)
+add_dependencies(test_firmware_sim_vcan_drives mantle)
+mantle_vcan_test(firmware_sim.python_can python_can_test.cc LIMIT 60 LIBS mantle::firmware_sim)
+add_dependencies(test_firmware_sim_python_can mantle)

@@ -1,0 +1,318 @@
+#include "model/newton_matrix.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "tests/support/gradient_checker.h"
+#include "tests/support/paper_robot.h"
+#include "tests/support/plant_state.h"
+
+namespace mantle::model {
+namespace {
+
+using tests::RandomState;
+using tests::RandomValues;
+
+// SDIRK2 at 10 ms: s = 1/(gamma h).
+constexpr double kGamma = 0.29289321881345254;
+constexpr double kStep_s = 0.01;
+// A x = b, checked as |x - A_differences^-1 b| / |x| (what one Newton correction leaves).
+// Fourth-order differences are good to 1e-10 of the largest force; the inverse of stiff blocks
+// amplifies that.
+constexpr double kExact = 1e-6;
+
+struct Problem {
+  Problem(const Robot& robot, double size, unsigned seed)
+      : plant(robot), state(RandomState(plant, size, seed)), work(plant), matrix(plant) {
+    EvaluateInputs(plant, state.time_s, false, &inputs);
+    Evaluate();
+  }
+  void Evaluate() {
+    const auto failure = EvaluateForces(plant, state, inputs, &work);
+    EXPECT_FALSE(failure) << failure.Message();
+  }
+  Plant plant;
+  PlantState state;
+  PlantInputs inputs;
+  PlantWork work;
+  NewtonMatrix matrix;
+};
+
+double Size(const Plant& plant, const VectorX& x) {  // rad and body lengths
+  double size = 0;
+  const auto pose = [&](const Vector6& z) {
+    size = std::max({size, z.head<3>().norm(), z.tail<3>().norm() / plant.body_length_m});
+  };
+  pose(x.head<6>());
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    for (int i = 1; i <= plant.rods[a].element_count(); ++i) {
+      pose(x.segment<6>(plant.ArmVelocity(a, i)));
+    }
+  }
+  for (int j = 0; j < plant.shape_count(); ++j) {
+    const Vector3 q = x.segment<3>(plant.ShellVelocity(j));
+    size = std::max({size, q.head<2>().norm() / plant.body_length_m, std::abs(q(2))});
+  }
+  return size;
+}
+
+// Solves A x = b for random b, then measures what A really is along x: the derivative of
+// M (s^2 x) - f(q (+) x, v + s x). Returns the relative error of x, one Newton correction's
+// leftover.
+double LeftoverOfOneCorrection(Problem* p, double s, unsigned seed) {
+  EXPECT_TRUE(p->matrix.Factor(p->plant, p->state, p->inputs, p->work, s, 0.0));
+  RandomValues random(seed);
+  VectorX b(p->plant.velocity_size());
+  for (double& v : b) v = random.Uniform();
+  if (!p->plant.root_free()) b.head<6>().setZero();
+  for (int j = 0; j < p->plant.shape_count(); ++j) {
+    const Vector3 free = Vector3::Ones() - p->plant.shell->nodes[j].held;
+    auto f = b.segment<3>(p->plant.ShellVelocity(j));
+    f = f.cwiseProduct(free);
+    f(2) *= 1e-2;  // a moment
+  }
+  for (int a = 0; a < static_cast<int>(p->plant.rods.size()); ++a) {
+    for (int i = 1; i <= p->plant.rods[a].element_count(); ++i) {
+      b.segment<3>(p->plant.ArmVelocity(a, i)) *= 1e-2;
+    }
+  }
+  VectorX x = b;
+  p->matrix.Solve(p->plant, &x);
+  // Scale the direction so that differences see smooth forces.
+  const double scale = 1e-5 / Size(p->plant, x);
+  PlantWork work(p->plant);
+  const auto force = [&](double t) -> VectorX {
+    return tests::ForceAt(p->plant, p->state, p->inputs, (t * scale) * x, (t * scale * s) * x,
+                          &work);
+  };
+  VectorX ax = -tests::DifferenceRate(force, 1.0) / scale;
+  if (s > 0) {
+    VectorX mass = VectorX::Zero(x.size());
+    ApplyMass(p->plant, p->work, x, &mass);
+    ax += s * s * mass;
+  }
+  VectorX rest = ax - b;
+  if (!p->plant.root_free()) rest.head<6>().setZero();
+  p->matrix.Solve(p->plant, &rest);
+  return Size(p->plant, rest) / Size(p->plant, x);
+}
+
+Robot ClampedArm(int elements = 12) {
+  Robot robot;
+  robot.name = "arm";
+  robot.arms = {tests::PaperArm(elements)};
+  robot.root = ClampedRoot{};
+  robot.effects.viscosity = robot.effects.added_mass = robot.effects.drag = true;
+  robot.effects.weight = robot.effects.buoyancy = true;
+  robot.arms[0].material.density_kg_m3 = 1200;
+  return robot;
+}
+ArmCable Reeled(const char* name, double angle, double change, double stiffness) {
+  return {name, 0.6, angle, 0.3, 0.40, ReeledLength{ConstantSchedule{change}, stiffness, 2.0}};
+}
+Robot ClampedMantle(int elements = 24) {
+  Robot robot;
+  robot.name = "mantle";
+  robot.mantle = tests::PaperMantle(elements);
+  robot.root = ClampedRoot{};
+  robot.effects.viscosity = robot.effects.added_mass = true;
+  return robot;
+}
+
+void ExpectExact(const Robot& robot, double size, double tolerance = kExact) {
+  for (unsigned seed : {1u, 2u}) {
+    Problem p(robot, size, seed);
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), seed), tolerance)
+        << "implicit step, seed " << seed;
+    p.state.velocity.setZero();
+    p.Evaluate();
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 0.0, seed), tolerance) << "statics, seed " << seed;
+  }
+}
+
+TEST(NewtonMatrix, ClampedArmIsExact) { ExpectExact(ClampedArm(), 0.7); }
+
+TEST(NewtonMatrix, ArmWithGivenTensionIsExact) {
+  Robot robot = ClampedArm();
+  robot.arms[0].cables = {{"a", 0.6, 0.3, 0.4, 0.40, GivenTension{ConstantSchedule{0.8}}}};
+  ExpectExact(robot, 0.7);
+}
+
+TEST(NewtonMatrix, ArmWithReeledCablesActiveAndSlackIsExactAtRest) {
+  for (double stiffness : {100.0, 1e5}) {
+    Robot robot = ClampedArm();
+    robot.arms[0].cables = {Reeled("pulls", 0.3, -0.1, stiffness),
+                            Reeled("slack", 2.0, 0.2, stiffness),
+                            Reeled("pulls too", 4.0, -0.1, 0.1 * stiffness)};
+    Problem p(robot, 0.7, 1);
+    ASSERT_GT(p.work.cable_tension_n[0], 0.0);
+    ASSERT_EQ(p.work.cable_tension_n[1], 0.0);
+    ASSERT_GT(p.work.cable_tension_n[2], 0.0);
+    // In motion the damping's tension d l_dot also varies with the shape at given twists. That is
+    // left out: relative gamma h times the strain rates, some 3 ms times 0.3/s.
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 1), 3e-3);
+    p.state.velocity.setZero();
+    p.Evaluate();
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 1), kExact);
+    EXPECT_LT(LeftoverOfOneCorrection(&p, 0.0, 1), kExact);
+  }
+}
+
+TEST(NewtonMatrix, ArmWithDeadAndFollowerLoadsIsExact) {
+  Robot robot = ClampedArm();
+  RandomValues random(3);
+  for (LoadFrame frame : {LoadFrame::kBody, LoadFrame::kWorld}) {
+    robot.arms[0].points.push_back(
+        {"p", 0.42, random.Twist(0.05, 0.5), frame, ConstantSchedule{1}});
+    robot.arms[0].distributed.push_back(
+        {"d", random.Twist(0.05, 0.5), 1, 0, frame, ConstantSchedule{1}});
+  }
+  ExpectExact(robot, 0.7);
+}
+
+TEST(NewtonMatrix, ClampedMantleIsExact) { ExpectExact(ClampedMantle(), 0.7); }
+
+TEST(NewtonMatrix, MantleWithNormalPressureIsExact) {
+  Robot robot = ClampedMantle();
+  robot.effects.normal_pressure = NormalPressure{ConstantSchedule{-200.0}};
+  ExpectExact(robot, 0.7);
+}
+
+TEST(NewtonMatrix, MantleWithReeledSpokesIsExact) {
+  for (double stiffness : {100.0, 1e5}) {
+    Robot robot = ClampedMantle();
+    robot.mantle->spokes = {
+        {"winch", 0.025, 0.105, 8, ReeledLength{ConstantSchedule{-0.05}, stiffness, 2.0}},
+        {"slack", 0.025, 0.105, 8, ReeledLength{ConstantSchedule{0.05}, stiffness, 2.0}}};
+    Problem p(robot, 0.3, 1);
+    ASSERT_GT(p.work.cable_tension_n[0], 0.0);
+    ASSERT_EQ(p.work.cable_tension_n[1], 0.0);
+    ExpectExact(robot, 0.3);
+  }
+}
+
+TEST(NewtonMatrix, MantleWithSymmetricAndSupportedEndsIsExact) {
+  Robot robot = ClampedMantle();
+  robot.mantle->pieces = {{0.06, 0.0}};
+  robot.mantle->stations_m.clear();
+  robot.mantle->r0_m = 0.0;
+  robot.mantle->theta0_rad = 0.0;
+  robot.mantle->start = ShellEnd::kSymmetric;
+  robot.mantle->end = ShellEnd::kSupported;
+  ExpectExact(robot, 0.3);
+}
+
+TEST(NewtonMatrix, ThrustAndDragOfTheMantleLeaveTheirVariationInShapeOut) {
+  // Rank-one blocks hold the dependence on the flux and on the axial speed; dU_dot/dq at fixed
+  // rates and d max(r) are left out. Both are of the order gamma h times the rates of strain (2/s
+  // here).
+  Robot robot = ClampedMantle();
+  robot.effects.drag = true;
+  for (FluxReading flux : {FluxReading::kVolume, FluxReading::kRadial}) {
+    for (ThrustPlace place : {ThrustPlace::kUniform, ThrustPlace::kDome}) {
+      robot.effects.jet_thrust = JetThrust{flux, place};
+      Problem p(robot, 0.7, 5);
+      ASSERT_GT(std::abs(p.work.thrust_n), 1e-4);
+      const double leftover = LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 5);
+      EXPECT_LT(leftover, 2e-2);
+      RecordProperty("leftover", std::to_string(leftover));
+    }
+  }
+}
+
+TEST(NewtonMatrix, FreeRobotLeavesOnlyBordersThatAreNotStiff) {
+  // [newton_matrix.h]: what is left out couples bodies through the root's motion, and costs a
+  // factor of about gamma h |eta| per iteration: 3 ms times 2 rad/s and the arms' 3 rad/s.
+  Robot robot = tests::PaperRobot(12, 24);
+  robot.effects.viscosity = robot.effects.added_mass = true;
+  Problem p(robot, 0.7, 6);
+  const double leftover = LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 6);
+  EXPECT_LT(leftover, 2e-2);
+  // and with the step it vanishes in proportion
+  const double halved = LeftoverOfOneCorrection(&p, 2.0 / (kGamma * kStep_s), 6);
+  EXPECT_LT(halved, 0.8 * leftover);
+  RecordProperty("leftover", std::to_string(leftover));
+}
+
+TEST(NewtonMatrix, FreeRobotAtRestIsExact) {
+  Robot robot = tests::PaperRobot(12, 24);
+  robot.effects.viscosity = robot.effects.added_mass = true;
+  robot.arms[0].cables = {Reeled("pulls", 0.3, -0.02, 100)};
+  robot.mantle->spokes = {
+      {"winch", 0.025, 0.105, 8, ReeledLength{ConstantSchedule{-0.05}, 100, 2.0}}};
+  Problem p(robot, 0.7, 7);
+  p.state.velocity.setZero();
+  p.Evaluate();
+  EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 7), kExact);
+}
+
+TEST(NewtonMatrix, EveryEffectStillContracts) {
+  Robot robot = tests::PaperRobot(12, 24);
+  robot.effects = tests::EveryEffect();
+  Problem p(robot, 0.5, 8);
+  const double leftover = LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 8);
+  EXPECT_LT(leftover, 5e-2);
+  RecordProperty("leftover", std::to_string(leftover));
+}
+
+TEST(NewtonMatrix, FrozenCouplingContracts) {
+  Robot robot = tests::PaperRobot(12, 24);
+  robot.coupling = Coupling::kFrozen;
+  robot.effects = tests::EveryEffect();
+  Problem p(robot, 0.5, 9);
+  EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 9), 5e-2);
+}
+
+TEST(NewtonMatrix, DeterminantSignTellsAnUnstableEquilibrium) {
+  // A straight column under an axial load below and above Euler's pi^2 EI / 4 L^2.
+  Robot robot = ClampedArm(20);
+  robot.effects = Effects{};
+  robot.arms[0].radius_tip_m = robot.arms[0].radius_base_m = 0.01;
+  const double ei = 110e3 * M_PI * 1e-8 / 4, euler = M_PI * M_PI * ei / (4 * 0.42 * 0.42);
+  for (double factor : {0.95, 1.05}) {
+    Vector6 load = Vector6::Zero();
+    load(5) = factor * euler;  // arm hangs along -e3: this pushes
+    robot.arms[0].points = {{"push", 0.42, load, LoadFrame::kWorld, ConstantSchedule{1}}};
+    // mount so that only one bending plane counts: two equal planes flip the sign twice
+    Vector6 stiffness = SectionStiffness(robot.arms[0].material, 1.0, 0.01);
+    stiffness(2) *= 10;
+    robot.arms[0].stiffness = stiffness;
+    Problem p(robot, 0.0, 1);
+    // compress to equilibrium
+    for (int k = 0; k < 5; ++k) {
+      ASSERT_TRUE(p.matrix.Factor(p.plant, p.state, p.inputs, p.work, 0.0, 0.0));
+      VectorX x = p.work.force;
+      p.matrix.Solve(p.plant, &x);
+      PlantState next = p.state;
+      Retract(p.plant, p.state, x, &next);
+      p.state = next;
+      p.Evaluate();
+    }
+    ASSERT_TRUE(p.matrix.Factor(p.plant, p.state, p.inputs, p.work, 0.0, 0.0));
+    EXPECT_EQ(p.matrix.DeterminantSign(p.plant), factor < 1 ? 1 : -1) << factor;
+  }
+}
+
+TEST(NewtonMatrix, CostIsLinearInNodes) {
+  const auto seconds = [](int elements) {
+    Problem p(ClampedArm(elements), 0.0, 1);
+    double best = 1e9;
+    for (int k = 0; k < 7; ++k) {
+      const auto start = std::chrono::steady_clock::now();
+      VectorX x = p.work.force;
+      p.matrix.Factor(p.plant, p.state, p.inputs, p.work, 341.0, 0.5);
+      p.matrix.Solve(p.plant, &x);
+      best = std::min(
+          best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    }
+    return best;
+  };
+  // 4 times the nodes: 4 where linear, 16 where quadratic; half way in between for a busy machine.
+  EXPECT_LT(seconds(2000) / seconds(500), 8.0);
+}
+
+}  // namespace
+}  // namespace mantle::model

@@ -1,0 +1,271 @@
+#include "model/rod.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "tests/support/gradient_checker.h"
+#include "tests/support/paper_robot.h"
+#include "tests/support/random_values.h"
+
+namespace mantle::model {
+namespace {
+
+using tests::PaperArm;
+using tests::RandomValues;
+
+constexpr double kPi = std::numbers::pi;
+constexpr double kRoundOff = 1e-13;  // relative: sums over some hundred nodes
+
+Rod Make(const Arm& arm, const Effects& effects = {}) { return MakeRod(arm, Water{}, effects); }
+
+TEST(Rod, TaperedArmHasItsMassAndFirstMoment) {
+  // Frustum: V = pi L (a^2 + ab + b^2)/3, centroid L (a^2 + 2ab + 3b^2) / 4 (a^2 + ab + b^2).
+  const Arm arm = PaperArm(7);
+  const Rod rod = Make(arm);
+  const double a = 0.015, b = 0.006, q = a * a + a * b + b * b;
+  const double volume = kPi * 0.42 * q / 3.0;
+  const double centroid = 0.42 * (a * a + 2 * a * b + 3 * b * b) / (4.0 * q);
+  double mass = 0, length = 0, polar = 0;
+  for (const RodNode& n : rod.nodes) {
+    mass += n.inertia(5);
+    length += n.weight_m;
+    polar += n.inertia(0);
+  }
+  EXPECT_NEAR(mass, 1022.0 * volume, kRoundOff);
+  EXPECT_NEAR(length, 0.42, kRoundOff);
+  // integral of rho pi r^4/2 over the frustum
+  const double r5 = (std::pow(a, 5) - std::pow(b, 5)) / (5.0 * (a - b));
+  EXPECT_NEAR(polar, 1022.0 * 0.5 * kPi * 0.42 * r5, kRoundOff);
+  // Lumping keeps the first moment about the base: sum of m_i x_i at the nodes.
+  double at_nodes = 0;
+  for (std::size_t i = 0; i < rod.nodes.size(); ++i)
+    at_nodes += rod.nodes[i].inertia(5) * rod.x_m[i];
+  EXPECT_NEAR(at_nodes, 1022.0 * volume * centroid, kRoundOff);
+}
+
+TEST(Rod, ArmOfThePaperWeighs158Grams) {  // [physics.md] 1
+  double mass = 0;
+  for (const RodNode& n : Make(PaperArm()).nodes) mass += n.inertia(5);
+  EXPECT_NEAR(mass, 0.158, 0.0005);
+}
+
+TEST(Rod, SectionsAreIntegratedExactlyOverEachElement) {
+  const Rod rod = Make(PaperArm(4));
+  for (int i = 0; i < 4; ++i) {
+    const double a = 0.015 - 0.009 * i / 4, b = 0.015 - 0.009 * (i + 1) / 4;
+    const double r2 = (a * a + a * b + b * b) / 3.0;
+    const double r4 = (std::pow(a, 5) - std::pow(b, 5)) / (5.0 * (a - b));
+    EXPECT_NEAR(rod.elements[i].stiffness(3), 110e3 * kPi * r2, 1e-11);
+    EXPECT_NEAR(rod.elements[i].stiffness(1), 110e3 * kPi * r4 / 4.0, 1e-14);
+  }
+}
+
+TEST(Rod, CurvedReferenceFollowsItsCurvature) {
+  // Constant curvature: a circle. Linear curvature in a plane: theta = k0 x + (k1 - k0) x^2 / 2L.
+  Arm arm = PaperArm(10);
+  arm.curvature_base = arm.curvature_tip = {0, 0, 2.0};
+  const Rod circle = Make(arm);
+  const double angle = 0.42 * 2.0;
+  EXPECT_LT((circle.reference.back().position -
+             Vector3(std::sin(angle) / 2.0, (1 - std::cos(angle)) / 2.0, 0))
+                .norm(),
+            kRoundOff);
+  for (const RodElement& e : circle.elements) {
+    EXPECT_LT((e.reference_strain - (Vector6() << 0, 0, 2, 1, 0, 0).finished()).norm(), 1e-11);
+  }
+  arm.curvature_base = {0, 0, 1.0};
+  arm.curvature_tip = {0, 0, 9.0};
+  const Rod spiral = Make(arm);
+  Vector3 reference = Vector3::Zero();  // midpoint sum: error 1e-10
+  const int steps = 100000;
+  for (int i = 0; i < steps; ++i) {
+    const double x = 0.42 * (i + 0.5) / steps;
+    const double theta = x + 8.0 * x * x / (2 * 0.42);
+    reference += 0.42 / steps * Vector3(std::cos(theta), std::sin(theta), 0);
+  }
+  EXPECT_LT((spiral.reference.back().position - reference).norm(), 1e-9);
+}
+
+TEST(Rod, ReferenceTwistAndCurvatureMakeAHelix) {
+  Arm arm = PaperArm(30);
+  arm.curvature_base = arm.curvature_tip = {4.0, 3.0, 0};
+  const Rod rod = Make(arm);
+  Vector6 xi;
+  xi << 4, 3, 0, 1, 0, 0;
+  const Pose tip = ExpSE3(0.42 * xi);
+  EXPECT_LT((rod.reference.back().position - tip.position).norm(), kRoundOff);
+  EXPECT_LT(rod.reference.back().rotation.angularDistance(tip.rotation), 1e-7);
+}
+
+TEST(Rod, UniformHelixOfAnyMeshIsTheSameRod) {
+  Arm arm = PaperArm(5);
+  arm.curvature_base = arm.curvature_tip = {4.0, 3.0, 1.0};
+  const Pose coarse = Make(arm).reference.back();
+  arm.elements = 77;
+  EXPECT_LT((Make(arm).reference.back().position - coarse.position).norm(), kRoundOff);
+}
+
+TEST(Rod, AddedMassIsLateralAndOnlyWhereNamed) {
+  Effects effects;
+  EXPECT_EQ(Make(PaperArm(), effects).nodes[3].added_mass_kg, 0.0);
+  effects.added_mass = true;
+  double added = 0, mass = 0;
+  for (const RodNode& n : Make(PaperArm(), effects).nodes) {
+    added += n.added_mass_kg;
+    mass += n.inertia(5);
+    const Vector6 full = n.FullInertia();
+    EXPECT_EQ(full(3), n.inertia(3));
+    EXPECT_EQ(full(4), n.inertia(4) + n.added_mass_kg);
+    EXPECT_EQ(full(5), n.inertia(5) + n.added_mass_kg);
+  }
+  EXPECT_NEAR(added, 1.5 * mass, kRoundOff);  // B_b = 1.5, same density
+}
+
+TEST(Rod, PointsMoveTheNearestNodeOntoThem) {
+  Arm arm = PaperArm(10);
+  arm.points = {{"a", 0.1, Vector6::Zero(), LoadFrame::kWorld, ConstantSchedule{1}},
+                {"tip", 0.42, Vector6::Zero(), LoadFrame::kWorld, ConstantSchedule{1}}};
+  const Rod rod = Make(arm);
+  EXPECT_EQ(rod.points[0].node, 2);
+  EXPECT_EQ(rod.x_m[2], 0.1);
+  EXPECT_EQ(rod.points[1].node, 10);
+  double length = 0;
+  for (const RodElement& e : rod.elements) length += e.length;
+  EXPECT_NEAR(length, 0.42, kRoundOff);
+}
+
+TEST(Rod, ImpossibleArmsAreRefusedWithValueAndBound) {
+  const auto message = [](const Arm& arm) -> std::string {
+    try {
+      Make(arm);
+    } catch (const BadRobot& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  Arm arm = PaperArm();
+  arm.length_m = -1;
+  EXPECT_EQ(message(arm), "length = -1 m, must be > 0");
+  arm = PaperArm();
+  arm.elements = 0;
+  EXPECT_EQ(message(arm), "elements = 0, must be >= 1");
+  arm = PaperArm();
+  arm.radius_tip_m = std::nan("");
+  EXPECT_NE(message(arm).find("radius = 0.015, nan m, must be > 0"), std::string::npos);
+  arm = PaperArm(3);
+  arm.curvature_base = {0, 0, 20};
+  EXPECT_NE(message(arm).find("mesh is too coarse"), std::string::npos);
+  arm = PaperArm();
+  arm.cables = {{"c", 1.2, 0, 0, 0.42, {}}};
+  EXPECT_NE(message(arm).find("fraction = 1.2, must be in [0, 1]"), std::string::npos);
+  arm.cables = {{"c", 0.6, 0, 0, 0.5, {}}};
+  EXPECT_NE(message(arm).find("end = 0.5 m, must be in (0, 0.42]"), std::string::npos);
+  arm = PaperArm(2);
+  arm.points = {{"a", 0.41, Vector6::Zero(), LoadFrame::kWorld, ConstantSchedule{1}}};
+  EXPECT_NE(message(arm).find("points: at = 0.41 m"), std::string::npos);
+}
+
+// --- cables
+
+Vector6 SmoothStrain(double x) {
+  Vector6 xi;
+  xi << 3 * std::sin(5 * x), 4 * std::cos(7 * x), 6 * x, 1 + 0.1 * x, 0.05 * x, -0.1 * x;
+  return xi;
+}
+
+// Arc length of the cable's path on a rod of strain SmoothStrain, by quadrature of the path's
+// points: chords between positions computed from finely integrated poses (no cable formula enters).
+double PathLengthByChords(const Arm& arm, const ArmCable& cable) {
+  constexpr int kSteps = 40000;
+  Pose g;
+  Vector3 previous = Vector3::Zero();
+  double length = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    const double x = cable.end_m * i / kSteps;
+    const double angle = cable.angle_rad + 2 * kPi * cable.turns * x / arm.length_m;
+    const double radius =
+        arm.radius_base_m + (arm.radius_tip_m - arm.radius_base_m) * x / arm.length_m;
+    const Vector3 offset = cable.fraction * radius * Vector3(0, std::cos(angle), std::sin(angle));
+    const Vector3 point = g.position + g.rotation * offset;
+    if (i > 0) length += (point - previous).norm();
+    previous = point;
+    const double h = cable.end_m / kSteps;
+    g = g * ExpSE3(h * SmoothStrain(x + 0.5 * h));
+  }
+  return length;
+}
+
+double DiscreteLength(const Rod& rod) {
+  double length = 0;
+  for (std::size_t i = 0; i < rod.cables[0].pieces.size(); ++i) {
+    const double middle = 0.5 * (rod.x_m[i] + rod.x_m[i + 1]);
+    const RodElement& e = rod.elements[i];
+    length += CablePieceLength(rod.cables[0].pieces[i], e, e.length * SmoothStrain(middle), nullptr,
+                               nullptr);
+  }
+  return length;
+}
+
+TEST(RodCable, LengthConvergesToThePathOnADeformedRod) {
+  Arm arm = PaperArm(20);
+  arm.cables = {{"c", 0.6, 0.7, 1.5, 0.42, {}}};
+  const double exact = PathLengthByChords(arm, arm.cables[0]);
+  double previous = 0;
+  for (int n : {20, 40, 80}) {
+    arm.elements = n;
+    const double error = std::abs(DiscreteLength(Make(arm)) - exact);
+    EXPECT_LT(error, 1e-3 * 0.42 * std::pow(20.0 / n, 2)) << n;
+    if (n > 20) {
+      EXPECT_NEAR(previous / error, 4.0, 0.3) << n;  // second order
+    }
+    previous = error;
+  }
+}
+
+TEST(RodCable, MayEndInsideAnElement) {
+  Arm arm = PaperArm(10);
+  arm.cables = {{"c", 0.6, 0.0, 0.0, 0.2, {}}};
+  const Rod rod = Make(arm);
+  EXPECT_EQ(rod.cables[0].pieces.size(), 5u);
+  EXPECT_NEAR(rod.cables[0].pieces.back().share, (0.2 - 0.168) / 0.042, 1e-12);
+  // straight at rest, inclined by the taper alone
+  EXPECT_NEAR(rod.cables[0].rest_length_m, 0.2 * std::hypot(1.0, 0.6 * 0.009 / 0.42), 1e-12);
+}
+
+TEST(RodCable, GradientAndHessianMatchDifferences) {
+  RandomValues random(1);
+  constexpr double kDifferences = 1e-9;
+  Arm arm = PaperArm(20);
+  arm.cables = {{"c", 0.6, 0.7, 1.5, 0.405, {}}};
+  const Rod rod = Make(arm);
+  for (std::size_t i : {std::size_t{0}, std::size_t{9}, rod.cables[0].pieces.size() - 1}) {
+    const CablePiece& piece = rod.cables[0].pieces[i];
+    const RodElement& e = rod.elements[i];
+    const Vector6 d = e.length * (e.reference_strain + random.Twist(5.0, 0.2));
+    Vector6 gradient;
+    Matrix6 hessian;
+    CablePieceLength(piece, e, d, &gradient, &hessian);
+    const auto length = [&](const Eigen::VectorXd& x) {
+      return CablePieceLength(piece, e, x, nullptr, nullptr);
+    };
+    const auto slope = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+      Vector6 g;
+      CablePieceLength(piece, e, x, &g, nullptr);
+      return g;
+    };
+    Eigen::VectorXd step(6);
+    step << 1e-3, 1e-3, 1e-3, 2e-5, 2e-5, 2e-5;
+    EXPECT_TRUE(tests::JacobianMatches(gradient.transpose(),
+                                       tests::DifferenceJacobian(length, d, step), kDifferences));
+    EXPECT_TRUE(
+        tests::JacobianMatches(hessian, tests::DifferenceJacobian(slope, d, step), kDifferences));
+    // [physics.md] 2: resultant u [d x t; t], t the unit tangent
+    EXPECT_NEAR(gradient.tail<3>().norm(), piece.share, kRoundOff);
+    EXPECT_LT((gradient.head<3>() - piece.offset_m.cross(gradient.tail<3>())).norm(), kRoundOff);
+  }
+}
+
+}  // namespace
+}  // namespace mantle::model

@@ -1,0 +1,187 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <chrono>
+
+#include "model/schedule.h"
+#include "tools/mantle/progress.h"
+#include "tools/mantle/scene_options.h"
+#include "tools/mantle/summary.h"
+#include "tools/mantle/trajectory.h"
+
+namespace mantle::tools {
+namespace {
+
+constexpr const char* kHelp =
+    "Check a scene: say what is active and what it will cost. Takes a few real steps, writes "
+    "nothing.\n\n"
+    "  mantle check scenes/octopus.toml\n"
+    "  mantle check scenes/paper.toml --set time.integrator=rk4     # says the stable step\n\n"
+    "Exit status 0: the scene is sound. 2: it is not, and why.";
+
+// A measurement this long is good to some 10 %.
+constexpr double kMeasure_s = 0.4;
+constexpr int kWarmUpSteps = 2;
+
+struct Cost {
+  double us_per_step{0};
+  double wall_s_per_s{0};
+  double newton_per_step{0};
+  std::string failure;  ///< why the steps did not succeed
+};
+
+Cost MeasureCost(const model::Scene& scene, const model::Plant& plant) {
+  using Clock = std::chrono::steady_clock;
+  model::Simulation simulation(plant, scene.run);
+  Cost cost;
+  double t = 0;
+  const auto advance = [&] {
+    t = std::min(t + scene.run.step_s, scene.run.duration_s);
+    const model::StepStatus status = simulation.AdvanceTo(t);
+    if (!status.ok) cost.failure = status.reason;
+    return status.ok && t < scene.run.duration_s;
+  };
+  for (int i = 0; i < kWarmUpSteps && advance(); ++i) {
+  }
+  const model::StepCounters before = simulation.counters();
+  const double t0 = t;
+  const Clock::time_point begin = Clock::now();
+  double wall = 0;
+  while (advance() && wall < kMeasure_s) {
+    wall = std::chrono::duration<double>(Clock::now() - begin).count();
+  }
+  wall = std::chrono::duration<double>(Clock::now() - begin).count();
+  const model::StepCounters after = simulation.counters();
+  const double steps = static_cast<double>(after.steps - before.steps);
+  if (steps > 0 && t > t0) {
+    cost.us_per_step = 1e6 * wall / steps;
+    cost.wall_s_per_s = wall / (t - t0);
+    cost.newton_per_step =
+        static_cast<double>(after.newton_iterations - before.newton_iterations) / steps;
+  }
+  return cost;
+}
+
+int Stages(model::Integrator integrator) {
+  switch (integrator) {
+    case model::Integrator::kSdirk2:
+      return 2;
+    case model::Integrator::kSdirk3:
+      return 3;
+    case model::Integrator::kRk4:
+      return 4;
+    default:
+      return 1;
+  }
+}
+
+Json LoadNames(const model::Plant& plant) {
+  Json names = Json::array();
+  for (const model::Rod& rod : plant.rods) {
+    for (const auto& d : rod.distributed) names.push_back(rod.name + "." + d.name);
+    for (const auto& p : rod.points) names.push_back(rod.name + "." + p.load.name);
+  }
+  if (plant.shell) {
+    for (const auto& s : plant.shell->strips)
+      names.push_back(plant.shell->name + "." + s.strip.name);
+  }
+  return names;
+}
+
+std::string RootName(const model::RootMotion& root) {
+  if (std::holds_alternative<model::FreeRoot>(root)) return "free";
+  return std::holds_alternative<model::ClampedRoot>(root) ? "clamped" : "prescribed";
+}
+
+Json CheckReport(const SceneOptions& options, const model::Scene& scene,
+                 const model::Plant& plant) {
+  Json j;
+  j["scene"] = scene.name;
+  j["description"] = scene.description;
+  j["root"] = RootName(scene.robot.root);
+  j["rigid_body"] = scene.robot.rigid_body ? Json(scene.robot.rigid_body->name) : Json();
+  j["loads"] = LoadNames(plant);
+  j["cables"] = CableNames(plant);
+  j["settings"] = SettingsSummary(scene, plant);
+  j["stages"] = Stages(scene.run.stepper.integrator);
+  j["explicit_step_limit_s"] = scene.run.stepper.integrator == model::Integrator::kRk4
+                                   ? Json(model::ExplicitStepLimit(plant))
+                                   : Json();
+  if (!scene.has_time) return j;
+  const Cost cost = InScene(options, [&] { return MeasureCost(scene, plant); });
+  j["us_per_step"] = cost.us_per_step;
+  j["newton_iterations_per_step"] = cost.newton_per_step;
+  j["estimated_wall_time_s"] = cost.wall_s_per_s * scene.run.duration_s;
+  j["estimated_realtime_factor"] = cost.wall_s_per_s > 0 ? Json(1.0 / cost.wall_s_per_s) : Json();
+  j["failure"] = cost.failure.empty() ? Json() : Json(cost.failure);
+  return j;
+}
+
+std::string Joined(const Json& names) {
+  const auto list = names.get<std::vector<std::string>>();
+  return list.empty() ? "none" : fmt::format("{}", fmt::join(list, ", "));
+}
+
+void PrintReport(const Json& j, const model::Scene& scene) {
+  const Json& s = j["settings"];
+  fmt::print("{}: {}\n", j["scene"].get<std::string>(),
+             scene.description.empty() ? "ok" : scene.description);
+  fmt::print("  root      {}, {} coupling\n", j["root"].get<std::string>(),
+             s["coupling"].get<std::string>());
+  std::vector<std::string> bodies;
+  for (const auto& [name, count] : s["elements"].items()) {
+    bodies.push_back(fmt::format("{} ({} elements)", name, count.get<int>()));
+  }
+  if (!j["rigid_body"].is_null()) bodies.push_back(j["rigid_body"].get<std::string>() + " (rigid)");
+  fmt::print("  bodies    {}\n", fmt::join(bodies, ", "));
+  fmt::print("  effects   {}\n", Joined(s["effects"]));
+  fmt::print("  loads     {}\n", Joined(j["loads"]));
+  fmt::print("  cables    {}\n", Joined(j["cables"]));
+  fmt::print("  unknowns  {}\n", s["unknowns"].get<int>());
+  if (scene.has_statics) {
+    fmt::print("  statics   {}\n", scene.statics.arc_length
+                                       ? "arc length"
+                                       : fmt::format("{} load steps", scene.statics.load_steps));
+  }
+  if (!scene.has_time) return;
+  fmt::print("  time      {} s with {}, step {} s, {} stage{} a step\n",
+             s["duration_s"].get<double>(), s["integrator"].get<std::string>(),
+             s["step_s"].get<double>(), j["stages"].get<int>(),
+             j["stages"].get<int>() == 1 ? "" : "s");
+  if (!j["explicit_step_limit_s"].is_null()) {
+    fmt::print("  stability explicit steps up to {:.3g} s\n",
+               j["explicit_step_limit_s"].get<double>());
+  }
+  if (!j["failure"].is_null()) {
+    fmt::print("  warning   a trial run stopped: {}\n", j["failure"].get<std::string>());
+  }
+  if (j["us_per_step"].get<double>() > 0) {
+    fmt::print(
+        "  cost      {:.0f} us a step (measured, {:.1f} Newton iterations), whole run about {} "
+        "({:.1f}x real time)\n",
+        j["us_per_step"].get<double>(), j["newton_iterations_per_step"].get<double>(),
+        ClockText(j["estimated_wall_time_s"].get<double>()),
+        j["estimated_realtime_factor"].get<double>());
+  }
+}
+
+}  // namespace
+
+void AddCheckCommand(CLI::App& app, int& exit_status) {
+  CLI::App* command = app.add_subcommand("check", kHelp);
+  static SceneOptions options;  // lives as long as the parser that points to it
+  AddSceneOptions(command, &options);
+  command->callback([&exit_status] {
+    const model::Scene scene = options.Load();
+    const model::Plant plant = BuildPlant(options, scene);
+    const Json report = CheckReport(options, scene, plant);
+    if (options.json) {
+      fmt::print("{}\n", report.dump(2));
+    } else {
+      PrintReport(report, scene);
+    }
+    exit_status = 0;
+  });
+}
+
+}  // namespace mantle::tools

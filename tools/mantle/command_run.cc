@@ -1,0 +1,203 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <memory>
+
+#include "tools/mantle/interrupt.h"
+#include "tools/mantle/output_folder.h"
+#include "tools/mantle/progress.h"
+#include "tools/mantle/run_checkpoint.h"
+#include "tools/mantle/scene_options.h"
+#include "tools/mantle/summary.h"
+#include "tools/mantle/trajectory.h"
+
+namespace mantle::tools {
+namespace {
+
+constexpr double kSameTime_s = 1e-9;
+constexpr const char* kHelp =
+    "Run a scene in time and write summary.json and trajectory.csv (docs/outputs.md).\n\n"
+    "  mantle run scenes/paper.toml --out results\n"
+    "  mantle run scenes/paper.toml --set time.step=0.002 --set time.integrator=sdirk3\n"
+    "  mantle run scenes/paper.toml --json | python3 -m json.tool\n"
+    "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
+    "  mantle run scenes/paper.toml --out r --resume r/checkpoint\n\n"
+    "Exit status 0: done. 2: bad input, nothing written. 3: the run could not go on; what it "
+    "reached\n"
+    "is in summary.json.partial and trajectory.csv.partial.";
+
+struct RunOptions {
+  SceneOptions scene;
+  double checkpoint_every_s{std::numeric_limits<double>::infinity()};
+  double stop_at_s{std::numeric_limits<double>::infinity()};
+  std::string resume;
+};
+
+double Seconds(std::chrono::steady_clock::duration d) {
+  return std::chrono::duration<double>(d).count();
+}
+
+void PrintSummary(const Json& j, const std::filesystem::path& folder) {
+  const Json& root = j["final"]["root"];
+  const auto p = root["position_m"].get<std::vector<double>>();
+  fmt::print("{}: {:.6g} s simulated in {:.3g} s ({:.1f}x real time), {} steps, {} rejected\n",
+             j["scene"].get<std::string>(), j["sim_time_s"].get<double>(),
+             j["wall_time_s"].get<double>(), j["realtime_factor"].get<double>(),
+             j["steps"].get<long>(), j["rejected_steps"].get<long>());
+  fmt::print("  root at ({:.4f}, {:.4f}, {:.4f}) m\n", p[0], p[1], p[2]);
+  for (const auto& [name, tip] : j["final"]["tips"].items()) {
+    const auto t = tip["position_m"].get<std::vector<double>>();
+    fmt::print("  tip of {} at ({:.4f}, {:.4f}, {:.4f}) m\n", name, t[0], t[1], t[2]);
+  }
+  if (!j["volume_m3"].is_null()) {
+    fmt::print("  volume {:.2f} to {:.2f} mL\n", 1e6 * j["volume_m3"]["min"].get<double>(),
+               1e6 * j["volume_m3"]["max"].get<double>());
+  }
+  if (!j["power_balance_residual"].is_null()) {
+    fmt::print("  power balance residual {:.2e}", j["power_balance_residual"].get<double>());
+    if (!j["energy_drift"].is_null())
+      fmt::print(", energy drift {:.2e}", j["energy_drift"].get<double>());
+    fmt::print("\n");
+  }
+  fmt::print("  results in {}\n", folder.string());
+}
+
+/// One run of the command: owns what its sample-by-sample observer needs.
+class RunJob {
+ public:
+  RunJob(const RunOptions& options)
+      : options_(options),
+        scene_(options.scene.Load()),
+        plant_(BuildPlant(options.scene, scene_)),
+        folder_(options.scene.OutputFolder(scene_)),
+        fingerprint_(SceneFingerprint(options.scene)) {
+    if (!scene_.has_time) {
+      throw model::BadScene(
+          options.scene.scene_file +
+          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 s");
+    }
+  }
+
+  int Execute() {
+    simulation_ = InScene(options_.scene,
+                          [&] { return std::make_unique<model::Simulation>(plant_, scene_.run); });
+    const std::string before = Resume();
+    const double start_s = simulation_->time_s();
+    PrepareFolder(folder_);
+    RemoveOldResults(folder_, {"summary.json", "trajectory.csv"});
+    trajectory_ = std::make_unique<OutputFile>(folder_, "trajectory.csv",
+                                               before.empty() ? TrajectoryTitles(plant_) : before);
+    next_checkpoint_s_ = NextCheckpoint(start_s);
+    CatchInterrupts();
+    Progress progress(start_s, scene_.run.duration_s, "s", true);
+    const auto begin = std::chrono::steady_clock::now();
+    const model::RunResult result = simulation_->Run([&](const model::Sample& sample) {
+      progress.Update(sample.time_s);
+      return OnSample(sample);
+    });
+    const double wall_s = Seconds(std::chrono::steady_clock::now() - begin);
+    progress.Finish();
+    return Conclude(result, wall_s, start_s);
+  }
+
+ private:
+  const RunOptions& options_;
+  model::Scene scene_;
+  model::Plant plant_;
+  std::filesystem::path folder_;
+  std::uint64_t fingerprint_;
+  std::unique_ptr<model::Simulation> simulation_;
+  std::unique_ptr<OutputFile> trajectory_;
+  VolumeRange volume_;
+  double next_checkpoint_s_{0};
+
+  // Rows of the trajectory so far; empty for a run from the start.
+  std::string Resume() {
+    if (options_.resume.empty()) return {};
+    const RunCheckpoint c = ReadCheckpoint(options_.resume, fingerprint_);
+    try {
+      simulation_->Restore(c.simulation);
+    } catch (const model::BadRobot& error) {
+      throw BadInput(fmt::format("--resume: {}: {}", options_.resume, error.what()));
+    }
+    volume_ = c.volume;
+    return TrajectoryBefore(options_.resume, c.trajectory_bytes);
+  }
+
+  double NextCheckpoint(double t_s) const {
+    const double every = options_.checkpoint_every_s;
+    return std::isfinite(every) ? (std::floor(t_s / every + kSameTime_s) + 1.0) * every : every;
+  }
+
+  void SaveCheckpoint() {
+    trajectory_->Flush();
+    WriteWhole(folder_, "checkpoint",
+               CheckpointText(
+                   {fingerprint_, trajectory_->size_bytes(), volume_, simulation_->Checkpoint()}));
+  }
+
+  bool OnSample(const model::Sample& sample) {
+    trajectory_->Write(TrajectoryRow(plant_, sample));
+    if (plant_.shell) volume_.Add(sample.volume_m3);
+    if (sample.time_s >= next_checkpoint_s_ - kSameTime_s) {
+      SaveCheckpoint();
+      next_checkpoint_s_ = NextCheckpoint(sample.time_s);
+    }
+    return !Interrupted() && sample.time_s < options_.stop_at_s - kSameTime_s;
+  }
+
+  int Conclude(const model::RunResult& result, double wall_s, double start_s) {
+    const bool complete = result.ok && result.sim_time_s >= scene_.run.duration_s - kSameTime_s;
+    std::string reason = result.reason;
+    if (result.ok && !complete) reason = Interrupted() ? "interrupted" : "stopped by --stop-at";
+    if (result.ok && !complete) SaveCheckpoint();
+    const Json summary = RunSummary({&scene_, &plant_, &result, volume_, options_.scene.overrides,
+                                     wall_s, result.sim_time_s - start_s, complete, reason});
+    OutputFile file(folder_, "summary.json", summary.dump(2) + "\n");
+    if (complete) {
+      trajectory_->Publish();
+      file.Publish();
+    } else {
+      trajectory_->Flush();
+      file.Flush();
+    }
+    if (options_.scene.json) {
+      fmt::print("{}\n", summary.dump(2));
+    } else if (complete) {
+      PrintSummary(summary, folder_);
+    }
+    std::fflush(stdout);
+    if (complete) return 0;
+    fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene_.name,
+               reason, result.sim_time_s, folder_.string());
+    const bool as_asked = result.ok && !Interrupted();
+    return as_asked ? 0 : kExitCannotContinue;
+  }
+};
+
+}  // namespace
+
+void AddRunCommand(CLI::App& app, int& exit_status) {
+  CLI::App* command = app.add_subcommand("run", kHelp);
+  static RunOptions options;  // lives as long as the parser that points to it
+  AddSceneOptions(command, &options.scene);
+  AddOutOption(command, &options.scene);
+  command
+      ->add_option("--checkpoint-every", options.checkpoint_every_s,
+                   "Write DIR/checkpoint every so many simulated seconds, at a sample")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--resume", options.resume, "Go on from a checkpoint, with the same bits")
+      ->type_name("FILE");
+  command
+      ->add_option("--stop-at", options.stop_at_s,
+                   "Stop at the first sample at or after this simulated time, with a checkpoint")
+      ->type_name("SECONDS")
+      ->check(CLI::PositiveNumber);
+  command->callback([&exit_status] { exit_status = RunJob(options).Execute(); });
+}
+
+}  // namespace mantle::tools

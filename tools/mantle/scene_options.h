@@ -1,0 +1,46 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "model/plant.h"
+#include "model/scene.h"
+#include "tools/mantle/commands.h"
+
+/// What every command that takes a scene shares: SCENE, --set, --json, and (where it writes) --out.
+
+namespace mantle::tools {
+
+struct SceneOptions {
+  std::string scene_file;
+  std::vector<std::string> overrides;
+  bool json{false};
+  std::string out;  ///< empty: results/SCENE
+
+  /// Reads the scene. Throws model::BadScene.
+  model::Scene Load() const;
+  std::filesystem::path OutputFolder(const model::Scene& scene) const;
+};
+
+void AddSceneOptions(CLI::App* command, SceneOptions* options);
+void AddOutOption(CLI::App* command, SceneOptions* options);
+
+/// Discretises the scene's robot; what the plant refuses is reported under the scene's name. Throws
+/// model::BadScene.
+model::Plant BuildPlant(const SceneOptions& options, const model::Scene& scene);
+
+/// Rethrows a BadRobot of `build` as BadScene, prefixed with the scene's file name.
+template <typename Build>
+auto InScene(const SceneOptions& options, Build build) {
+  try {
+    return build();
+  } catch (const model::BadScene&) {
+    throw;
+  } catch (const model::BadRobot& error) {
+    throw model::BadScene(std::filesystem::path(options.scene_file).filename().string() + ": " +
+                          error.what());
+  }
+}
+
+}  // namespace mantle::tools

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "model/scene.h"
+#include "model/simulation.h"
+
+/// summary.json of `mantle run` (docs/outputs.md). Names carry units; what has no meaning for a
+/// scene is null. All but wall_time_s and realtime_factor are the same bits on every run of a
+/// scene.
+
+namespace mantle::tools {
+
+using Json = nlohmann::ordered_json;
+
+/// Extremes over the samples of a run.
+struct VolumeRange {
+  double initial_m3{0}, min_m3{0}, max_m3{0};
+  bool started{false};
+
+  void Add(double volume_m3);
+};
+
+struct RunReport {
+  const model::Scene* scene;
+  const model::Plant* plant;
+  const model::RunResult* result;
+  VolumeRange volume;
+  std::vector<std::string> overrides;
+  double wall_time_s{0};       ///< of this process
+  double simulated_here_s{0};  ///< by this process: less than the run's time where it was resumed
+  bool complete{false};
+  std::string reason;  ///< why not
+};
+
+Json RunSummary(const RunReport& report);
+
+/// Names of the effects, bodies' sizes, integrator and steps: what decides the figures.
+Json SettingsSummary(const model::Scene& scene, const model::Plant& plant);
+std::vector<std::string> EffectNames(const model::Effects& effects);
+const char* IntegratorName(model::Integrator integrator);
+
+Json PoseJson(const model::Pose& pose);
+Json VectorJson(const model::Vector3& v);
+
+}  // namespace mantle::tools
