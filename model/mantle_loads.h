@@ -24,11 +24,21 @@ double MantleDrag(const Mantle& mantle, double water_density_kg_m3, double max_r
 Vector6 MantleLateralDrag(const std::vector<Vector3>& q, double water_density_kg_m3,
                           double coefficient, const Vector6& root_twist);
 
+/// One slice of it, k |u| u at height z, and the derivatives of its wrench in the twist, in z and
+/// in k. The wrench and each derivative are added to.
+void AddLateralDragSlice(double k, double z_m, const Vector6& root_twist, Vector6* wrench);
+void AddLateralDragSliceTangent(double k, double z_m, const Vector6& root_twist, Matrix6* by_twist,
+                                Vector6* by_z, Vector6* by_k);
+
 /// Quadratic drag of the rigid body, as a wrench about the root origin.
 Vector6 RigidBodyDrag(const RigidBody& body, const RigidDrag& drag, double water_density_kg_m3,
                       const Vector6& root_twist);
 
+Matrix6 RigidBodyDragTangent(const RigidBody& body, const RigidDrag& drag,
+                             double water_density_kg_m3, const Vector6& root_twist);
+
 /// -c omega3 |omega3| about e3.
 Vector6 RollDragWrench(const RollDrag& drag, const Vector6& root_twist);
+Matrix6 RollDragTangent(const RollDrag& drag, const Vector6& root_twist);
 
 }  // namespace mantle::model

@@ -87,6 +87,9 @@ struct CableInput {
   double stiffness_n_m{0}, damping_n_s_m{0};
 };
 
+/// Tension [N] of a cable of this length and rate; a reeled cable goes slack instead of pushing.
+double CableTension(const CableInput& input, double length_m, double rate_m_s);
+
 /// Every schedule's value at one instant; also what a controller or drives write.
 struct PlantInputs {
   std::vector<CableInput> cables;

@@ -7,13 +7,6 @@
 namespace mantle::model {
 namespace {
 
-// Tension of a cable from its length and rate (never negative: slack).
-double Tension(const CableInput& in, double length, double rate) {
-  if (!in.reeled) return in.tension_n;
-  return std::max(
-      0.0, in.stiffness_n_m * (length - in.reel_m) + in.damping_n_s_m * (rate - in.reel_rate_m_s));
-}
-
 EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state,
                               const PlantInputs& inputs, PlantWork* work) {
   const Rod& rod = plant.rods[a];
@@ -41,7 +34,7 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
     }
     work->cable_length_m[index] = length;
     work->cable_rate_m_s[index] = rate;
-    work->cable_tension_n[index] = Tension(inputs.cables[index], length, rate);
+    work->cable_tension_n[index] = CableTension(inputs.cables[index], length, rate);
   }
   return {};
 }
@@ -166,7 +159,7 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
     }
     work->cable_length_m[index] = length;
     work->cable_rate_m_s[index] = rate;
-    const double u = work->cable_tension_n[index] = Tension(inputs.cables[index], length, rate);
+    const double u = work->cable_tension_n[index] = CableTension(inputs.cables[index], length, rate);
     for (int j = 0; j <= n; ++j) {
       f(0, j) -= u * s.spokes * s.strip.area_m2[j] / s.strip.total_m2;
     }
@@ -273,6 +266,12 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
 }
 
 }  // namespace
+
+double CableTension(const CableInput& in, double length_m, double rate_m_s) {
+  if (!in.reeled) return in.tension_n;
+  return std::max(0.0, in.stiffness_n_m * (length_m - in.reel_m) +
+                           in.damping_n_s_m * (rate_m_s - in.reel_rate_m_s));
+}
 
 EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
                                  const PlantInputs& inputs, PlantWork* work) {

@@ -48,20 +48,14 @@ std::vector<double> NodesOf(const Arm& arm) {
   return x;
 }
 
-Vector6 RestStrain(const Arm& arm, double x) {
-  Vector6 xi;
-  xi << arm.curvature_base + (arm.curvature_tip - arm.curvature_base) * (x / arm.length_m), 1, 0, 0;
-  return xi;
-}
-
 // Fourth-order Magnus steps along the reference centreline.
 Pose AdvanceReference(const Arm& arm, Pose g, double x0, double x1) {
   const double h = (x1 - x0) / kReferenceSubsteps;
   const double offset = std::sqrt(3.0) / 6.0;
   for (int i = 0; i < kReferenceSubsteps; ++i) {
     const double mid = x0 + (i + 0.5) * h;
-    const Vector6 a = RestStrain(arm, mid - offset * h);
-    const Vector6 b = RestStrain(arm, mid + offset * h);
+    const Vector6 a = ArmRestStrain(arm, mid - offset * h);
+    const Vector6 b = ArmRestStrain(arm, mid + offset * h);
     g = g * ExpSE3(0.5 * h * (a + b) + (std::sqrt(3.0) / 12.0) * h * h * SmallAdjointTimes(a, b));
   }
   return g;
@@ -72,14 +66,12 @@ RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relativ
   RodElement e;
   e.length = x1 - x0;
   const bool straight = arm.curvature_base.isZero(0.0) && arm.curvature_tip.isZero(0.0);
-  e.reference_strain = straight ? RestStrain(arm, 0) : Vector6(LogSE3(relative) / e.length);
+  e.reference_strain = straight ? ArmRestStrain(arm, 0) : Vector6(LogSE3(relative) / e.length);
   for (int k = 0; k < 5; ++k) {
-    const double radius = Radius(arm, x0 + kGaussPoint[k] * e.length);
-    e.stiffness += kGaussWeight[k] * SectionStiffness(arm.material, arm.shear_correction, radius);
-    if (effects.viscosity) e.viscosity += kGaussWeight[k] * SectionViscosity(arm.material, radius);
+    const double x = x0 + kGaussPoint[k] * e.length;
+    e.stiffness += kGaussWeight[k] * ArmStiffness(arm, x);
+    e.viscosity += kGaussWeight[k] * ArmViscosity(arm, effects, x);
   }
-  if (arm.stiffness) e.stiffness = *arm.stiffness;
-  if (arm.viscosity && effects.viscosity) e.viscosity = *arm.viscosity;
   return e;
 }
 
@@ -88,22 +80,15 @@ void AddNodalIntegrals(const Arm& arm, const Water& water, const Effects& effect
   const double length = x1 - x0;
   for (int k = 0; k < 5; ++k) {
     const double x = x0 + kGaussPoint[k] * length;
-    const double radius = Radius(arm, x);
-    const double area = std::numbers::pi * radius * radius;
-    const Vector6 inertia =
-        arm.inertia ? *arm.inertia : SectionInertia(arm.material.density_kg_m3, radius);
     for (RodNode* node : {left, right}) {
       const double shape = node == left ? 1.0 - kGaussPoint[k] : kGaussPoint[k];
-      const double w = kGaussWeight[k] * length * shape;
-      node->weight_m += w;
-      node->section.x_m += w * x;
-      node->section.area_m2 += w * area;
-      node->section.radius_m += w * radius;
-      node->inertia += w * inertia;
-      if (effects.added_mass) {
-        node->added_mass_kg +=
-            w * SectionAddedMass(water.density_kg_m3, arm.added_mass_coefficient, radius);
-      }
+      const RodNode section = ArmSection(arm, water, effects, x, kGaussWeight[k] * length * shape);
+      node->weight_m += section.weight_m;
+      node->section.x_m += section.weight_m * section.section.x_m;
+      node->section.area_m2 += section.weight_m * section.section.area_m2;
+      node->section.radius_m += section.weight_m * section.section.radius_m;
+      node->inertia += section.inertia;
+      node->added_mass_kg += section.added_mass_kg;
     }
   }
 }
@@ -117,15 +102,7 @@ RodCable CableOf(const Arm& arm, const ArmCable& cable, const Rod& rod) {
     const double x1 = std::min(rod.x_m[i + 1], cable.end_m);
     if (x1 <= x0 + 1e-12 * arm.length_m) break;
     const double x = 0.5 * (x0 + x1);
-    const double angle_rate = 2.0 * std::numbers::pi * cable.turns / arm.length_m;
-    const double angle = cable.angle_rad + angle_rate * x;
-    const Vector3 along(0, std::cos(angle), std::sin(angle));
-    const Vector3 across(0, -std::sin(angle), std::cos(angle));
-    const double taper = (arm.radius_tip_m - arm.radius_base_m) / arm.length_m;
-    const double r = cable.fraction * Radius(arm, x);
-    CablePiece piece;
-    piece.offset_m = r * along;
-    piece.slope = cable.fraction * taper * along + r * angle_rate * across;
+    CablePiece piece = ArmCablePath(arm, cable, x);
     piece.share = (x1 - x0) / rod.elements[i].length;
     out.pieces.push_back(piece);
     out.rest_length_m += CablePieceLength(piece, rod.elements[i],
@@ -150,6 +127,13 @@ void CheckArm(const Arm& arm) {
            fmt::format("cables.{}: fraction = {}, must be in [0, 1]: the cable must lie inside the "
                        "section",
                        c.name, c.fraction));
+    for (const Vector3& p : c.path) {
+      const double distance = std::hypot(p.y(), p.z());
+      Demand(distance <= Radius(arm, p.x()) * (1 + 1e-12),
+             fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
+                         "{:.6g} m: the cable must lie inside the section",
+                         c.name, distance, p.x(), Radius(arm, p.x())));
+    }
     Demand(c.end_m > 0 && c.end_m <= arm.length_m * (1 + 1e-12),
            fmt::format("cables.{}: end = {} m, must be in (0, {}]", c.name, c.end_m, arm.length_m));
   }
@@ -160,6 +144,58 @@ void CheckArm(const Arm& arm) {
 }
 
 }  // namespace
+
+Vector6 ArmRestStrain(const Arm& arm, double x) {
+  Vector6 xi;
+  xi << arm.curvature_base + (arm.curvature_tip - arm.curvature_base) * (x / arm.length_m), 1, 0, 0;
+  return xi;
+}
+
+Vector6 ArmStiffness(const Arm& arm, double x) {
+  if (arm.stiffness) return *arm.stiffness;
+  return SectionStiffness(arm.material, arm.shear_correction, Radius(arm, x));
+}
+
+Vector6 ArmViscosity(const Arm& arm, const Effects& effects, double x) {
+  if (!effects.viscosity) return Vector6::Zero();
+  if (arm.viscosity) return *arm.viscosity;
+  return SectionViscosity(arm.material, Radius(arm, x));
+}
+
+RodNode ArmSection(const Arm& arm, const Water& water, const Effects& effects, double x,
+                   double weight) {
+  const double radius = Radius(arm, x);
+  RodNode node;
+  node.weight_m = weight;
+  node.section = {x, std::numbers::pi * radius * radius, radius};
+  node.inertia =
+      weight * (arm.inertia ? *arm.inertia : SectionInertia(arm.material.density_kg_m3, radius));
+  if (effects.added_mass) {
+    node.added_mass_kg =
+        weight * SectionAddedMass(water.density_kg_m3, arm.added_mass_coefficient, radius);
+  }
+  return node;
+}
+
+CablePiece ArmCablePath(const Arm& arm, const ArmCable& cable, double x) {
+  if (!cable.path.empty()) {  // piecewise linear
+    const auto after = std::upper_bound(cable.path.begin(), cable.path.end(), x,
+                                        [](double at, const Vector3& p) { return at < p.x(); });
+    if (after == cable.path.begin()) return {{0, after->y(), after->z()}, Vector3::Zero(), 1.0};
+    const Vector3& a = *(after - 1);
+    if (after == cable.path.end()) return {{0, a.y(), a.z()}, Vector3::Zero(), 1.0};
+    const Vector3 slope = (*after - a) / (after->x() - a.x());
+    const Vector3 at = a + (x - a.x()) * slope;
+    return {{0, at.y(), at.z()}, {0, slope.y(), slope.z()}, 1.0};
+  }
+  const double angle_rate = 2.0 * std::numbers::pi * cable.turns / arm.length_m;
+  const double angle = cable.angle_rad + angle_rate * x;
+  const Vector3 along(0, std::cos(angle), std::sin(angle));
+  const Vector3 across(0, -std::sin(angle), std::cos(angle));
+  const double taper = (arm.radius_tip_m - arm.radius_base_m) / arm.length_m;
+  const double r = cable.fraction * Radius(arm, x);
+  return {r * along, cable.fraction * taper * along + r * angle_rate * across, 1.0};
+}
 
 double CablePieceLength(const CablePiece& piece, const RodElement& e, const Vector6& d,
                         Vector6* gradient, Matrix6* hessian) {

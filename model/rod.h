@@ -39,6 +39,18 @@ struct CablePiece {
   double share;
 };
 
+/// Section of an arm at arc length x, as the scene describes it: strain at rest, diagonals of
+/// stiffness and (with the effect) viscosity, and the share `weight_m` of length with its geometry
+/// and inertia. The plant integrates these over its elements and nodes, the reduced model takes
+/// them at its quadrature points.
+Vector6 ArmRestStrain(const Arm& arm, double x_m);
+Vector6 ArmStiffness(const Arm& arm, double x_m);
+Vector6 ArmViscosity(const Arm& arm, const Effects& effects, double x_m);
+RodNode ArmSection(const Arm& arm, const Water& water, const Effects& effects, double x_m,
+                   double weight_m);
+/// Path of a cable at arc length x, with share 1.
+CablePiece ArmCablePath(const Arm& arm, const ArmCable& cable, double x_m);
+
 struct RodCable {
   std::string name;
   std::vector<CablePiece> pieces;  ///< elements 0, 1, ... up to the cable's end

@@ -45,8 +45,7 @@ Matrix5 WeightedHessian(const ShellElement& e, const ShellElementState& s, const
 // Rows: d strain_rate / d y, strain_rate = (d strain/d y)(y) y_dot: rows (Hessian_k y_dot)^T.
 Matrix5 StrainRateGradient(const ShellElement& e, const ShellElementState& s) {
   const double mu = s.y(2), r = s.y(3), beta = s.strain(4);
-  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3),
-               td = s.y_dot(4);
+  const double ad = s.y_dot(0), bd = s.y_dot(1), mud = s.y_dot(2), rd = s.y_dot(3), td = s.y_dot(4);
   const double k = 1.0 / (e.radius * e.radius);
   Matrix5 g = Matrix5::Zero();
   g(0, 0) = ad;
@@ -94,6 +93,18 @@ Matrix5 Apply(const Moduli& c, double nu, const Matrix5& x) {
   return y;
 }
 
+// -(df_y/dy + damping_scale df_y/dy_dot), f_y the force conjugate to y.
+Matrix5 StrainTangent(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                      double damping_scale) {
+  const Matrix5 g = StrainGradient(e, s);
+  Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
+  if (m.viscosity_pa_s > 0.0) {
+    const Matrix5 rate_by_y = StrainRateGradient(e, s);
+    dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
+  }
+  return e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+}
+
 }  // namespace
 
 void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const Vector3& q1,
@@ -103,6 +114,11 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   const double inv = 1.0 / e.chord;
   s.y << (q2 - q1) * inv, 0.5 * (q1(0) + q2(0)), 0.5 * (q1(2) + q2(2));
   s.y_dot << (v2 - v1) * inv, 0.5 * (v1(0) + v2(0)), 0.5 * (v1(2) + v2(2));
+  EvaluateShellStrains(e, m, state);
+}
+
+void EvaluateShellStrains(const ShellElement& e, const ShellMaterial& m, ShellElementState* state) {
+  ShellElementState& s = *state;
   const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), theta = s.y(4);
   s.sine = std::sin(theta);
   s.cosine = std::cos(theta);
@@ -127,33 +143,39 @@ void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const V
   }
 }
 
-void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,
-                           Vector3* f2) {
+Vector5 ShellStrainForce(const ShellElement& e, const ShellElementState& s) {
   const Vector5 stress = s.elastic + s.viscous;
   const double a = s.y(0), b = s.y(1), mu = s.y(2), r = s.y(3), beta = s.strain(4);
   const double k = 1.0 / (e.radius * e.radius);
-  const double area_over_chord = e.area / e.chord;
-  const Vector3 slope(stress(0) * a - stress(2) * mu * s.cosine - stress(4) * s.sine,
-                      stress(0) * b - stress(2) * mu * s.sine + stress(4) * s.cosine,
-                      -stress(2) * s.lambda);
-  const double gr = 0.5 * e.area * k * (stress(1) * r - stress(3) * s.sine);
-  const double gt =
-      0.5 * e.area * (-stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda);
-  const Vector3 mean(gr, 0.0, gt);
-  *f1 += area_over_chord * slope - mean;
-  *f2 -= area_over_chord * slope + mean;
+  Vector5 f;
+  f << stress(0) * a - stress(2) * mu * s.cosine - stress(4) * s.sine,
+      stress(0) * b - stress(2) * mu * s.sine + stress(4) * s.cosine, -stress(2) * s.lambda,
+      k * (stress(1) * r - stress(3) * s.sine),
+      -stress(2) * mu * beta - stress(3) * r * s.cosine * k - stress(4) * s.lambda;
+  return -e.area * f;
+}
+
+void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,
+                           Vector3* f2) {
+  const Vector5 f = ShellStrainForce(e, s);
+  const Vector3 slope = f.head<3>() / e.chord;
+  const Vector3 mean(0.5 * f(3), 0.0, 0.5 * f(4));
+  *f1 += mean - slope;
+  *f2 += mean + slope;
+}
+
+void ShellStrainTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                         Matrix5* stiffness, Matrix5* damping) {
+  *stiffness = StrainTangent(e, m, s, 0.0);
+  damping->setZero();
+  if (m.viscosity_pa_s == 0.0) return;
+  const Matrix5 g = StrainGradient(e, s);
+  damping->noalias() = e.area * (g.transpose() * Apply(Viscous(m), m.poisson, g));
 }
 
 void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
                           double damping_scale, ShellElementTangent* out) {
-  const Matrix5 g = StrainGradient(e, s);
-  Matrix5 dstress = Apply(Elastic(m), m.poisson, g);
-  if (m.viscosity_pa_s > 0.0) {
-    const Matrix5 rate_by_y = StrainRateGradient(e, s);
-    dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
-  }
-  const Matrix5 t =
-      e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+  const Matrix5 t = StrainTangent(e, m, s, damping_scale);
   // Nodes: y = (dr/c, dz/c, dtheta/c, mean r, mean theta). With S the slope block, F the slope-mean
   // blocks carried to (r, z, theta), and G the mean block:
   const double inv = 1.0 / e.chord;

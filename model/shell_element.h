@@ -34,7 +34,7 @@ struct ShellElement {
   double area{0};    ///< reference area, all around [m^2]
   double radius{0};  ///< r* at the midpoint
   double theta{0};   ///< theta* at the midpoint (chord direction)
-  double sine{0};     ///< sin(theta*)
+  double sine{0};    ///< sin(theta*)
   double mu{0};      ///< mu*
 };
 
@@ -50,6 +50,15 @@ struct ShellElementState {
 void EvaluateShellElement(const ShellElement& e, const ShellMaterial& m, const Vector3& q1,
                           const Vector3& q2, const Vector3& v1, const Vector3& v2,
                           ShellElementState* state);
+
+/// The same from y and y_dot, which the caller has set in `state`.
+void EvaluateShellStrains(const ShellElement& e, const ShellMaterial& m, ShellElementState* state);
+
+/// Force conjugate to y, over the element: -area g^T (elastic + viscous), g = d strain / d y.
+Vector5 ShellStrainForce(const ShellElement& e, const ShellElementState& s);
+/// -d(ShellStrainForce)/dy and -d(ShellStrainForce)/dy_dot.
+void ShellStrainTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
+                         Matrix5* stiffness, Matrix5* damping);
 
 /// Adds the nodal forces (r: N, z: N, theta: N m; all around) to f1, f2.
 void AddShellElementForces(const ShellElement& e, const ShellElementState& s, Vector3* f1,

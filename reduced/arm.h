@@ -1,0 +1,75 @@
+#pragma once
+
+#include <vector>
+
+#include "model/plant.h"
+#include "reduced/strain_basis.h"
+
+/// An arm reduced to strain coordinates: a chain of intervals of exponential kinematics between
+/// sections, where the loads and inertia of model/loads.h and model/rod.h are taken.
+///
+///   g_k = g_{k-1} exp(Omega_k),  Omega_k = h xi (constant strain, exact), or Magnus' fourth order
+///   Omega_k = h/2 (xi_1 + xi_2) + (sqrt(3)/12) h^2 [xi_1, xi_2] at two Gauss points;
+///   K_q = int B^T Sigma B dX,  D_q = int B^T Upsilon B dX  (constant: the material is linear).
+
+namespace mantle::reduced {
+
+using model::Pose;
+using model::Vector3;
+using model::Vector6;
+using model::VectorX;
+
+struct Interval {
+  int group{0};
+  int section{-1};  ///< at its end, or -1
+  double length_m{0}, end_m{0};
+  Vector6 reference{Vector6::Zero()};  ///< Omega at rest (constant strain only)
+  Matrix6X basis;                      ///< dOmega/dq of the group (its constant part)
+  bool magnus{false};
+  Matrix6X basis1, basis2;                                 ///< B at the two Gauss points
+  Vector6 rest1{Vector6::Zero()}, rest2{Vector6::Zero()};  ///< xi* there
+  double kappa{0};                                         ///< sqrt(3)/12 h^2
+};
+
+struct CablePoint {
+  int group;
+  model::CablePiece piece;
+  model::RodElement element;  ///< only its length, the quadrature weight, is used
+  Vector6 reference;          ///< weight xi*
+  Matrix6X basis;             ///< weight B
+};
+
+struct ReducedCable {
+  std::vector<CablePoint> points;
+  double length_offset_m{0};  ///< plant's rest length minus this quadrature's
+};
+
+struct ReducedPoint {
+  int interval;  ///< whose end carries it; -1: the base
+  const model::PointWrench* load;
+};
+
+struct ReducedArm {
+  ArmReduction reduction;
+  StrainBasis basis;
+  Pose mount;
+  std::vector<Interval> intervals;
+  int dynamic_intervals{
+      0};  ///< up to the last section or point load; the rest only reaches the tip
+  std::vector<model::RodNode> sections;
+  int base_section{-1};  ///< at X = 0, fixed to the root (plant's nodes only)
+  std::vector<model::SectionLoad> loads;
+  std::vector<model::DistributedLoad> distributed;
+  std::vector<ReducedPoint> points;
+  std::vector<ReducedCable> cables;
+  bool needs_rotation{false};  ///< some load depends on the orientation in the world
+  Eigen::MatrixXd stiffness, damping;
+  bool viscous{false};
+
+  int size() const { return basis.size(); }
+};
+
+/// Throws model::BadRobot. `arm_index` names the arm in the plant, which must outlive the result.
+ReducedArm MakeReducedArm(const model::Plant& plant, int arm_index, const ArmReduction& reduction);
+
+}  // namespace mantle::reduced

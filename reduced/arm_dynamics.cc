@@ -1,0 +1,221 @@
+#include "reduced/arm_dynamics.h"
+
+namespace mantle::reduced {
+namespace {
+
+using model::CoadjointTimes;
+using model::SmallAdjointTimes;
+
+Vector6 ToRoot(const Matrix3& r, const Vector3& p, const Vector6& x) {  // Ad_h x
+  Vector6 y;
+  y.head<3>().noalias() = r * x.head<3>();
+  y.tail<3>().noalias() = r * x.tail<3>();
+  y.tail<3>() += p.cross(y.head<3>());
+  return y;
+}
+
+Vector6 FromRoot(const Matrix3& r, const Vector3& p, const Vector6& x) {  // Ad_h^-1 x
+  Vector6 y;
+  y.head<3>().noalias() = r.transpose() * x.head<3>();
+  y.tail<3>().noalias() = r.transpose() * (x.tail<3>() - p.cross(x.head<3>()));
+  return y;
+}
+
+Vector6 WrenchToRoot(const Matrix3& r, const Vector3& p, const Vector6& w) {  // Ad_h^-T w
+  Vector6 y;
+  y.tail<3>().noalias() = r * w.tail<3>();
+  y.head<3>().noalias() = r * w.head<3>();
+  y.head<3>() += p.cross(y.tail<3>());
+  return y;
+}
+
+Vector6 WrenchFromRoot(const Matrix3& r, const Vector3& p, const Vector6& w) {  // Ad_h^T w
+  Vector6 y;
+  y.head<3>().noalias() = r.transpose() * (w.head<3>() - p.cross(w.tail<3>()));
+  y.tail<3>().noalias() = r.transpose() * w.tail<3>();
+  return y;
+}
+
+void SetOmega(const Interval& v, const StrainGroup& group, const ArmMotion& m, IntervalState* s) {
+  const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
+  const Eigen::Map<const VectorX> q1(m.q_dot + group.first, group.columns);
+  const Eigen::Map<const VectorX> q2(m.q_ddot + group.first, group.columns);
+  s->omega_dot.noalias() = v.basis.lazyProduct(q1);
+  s->omega_ddot.noalias() = v.basis.lazyProduct(q2);
+  s->omega.noalias() = v.basis.lazyProduct(q);
+  if (!v.magnus) {
+    s->omega += v.reference;
+    return;
+  }
+  const Vector6 a = v.rest1 + v.basis1 * q, b = v.rest2 + v.basis2 * q;
+  const Vector6 a1 = v.basis1 * q1, b1 = v.basis2 * q1;
+  const Vector6 a2 = v.basis1 * q2, b2 = v.basis2 * q2;
+  s->omega += 0.5 * v.length_m * (v.rest1 + v.rest2) + v.kappa * SmallAdjointTimes(a, b);
+  s->omega_dot += v.kappa * (SmallAdjointTimes(a1, b) + SmallAdjointTimes(a, b1));
+  s->omega_ddot += v.kappa * (SmallAdjointTimes(a2, b) + 2.0 * SmallAdjointTimes(a1, b1) +
+                              SmallAdjointTimes(a, b2));
+}
+
+model::SectionMotion MotionOf(const ReducedArm& arm, const ArmMotion& m, const Matrix3& rotation,
+                              const Vector6& eta) {
+  if (!arm.needs_rotation) return {Eigen::Quaterniond::Identity(), eta};
+  return {m.root_rotation * Eigen::Quaterniond(rotation), eta};
+}
+
+// Inertia minus loads of a section at (rotation, position), in the root frame.
+Vector6 SectionWrench(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
+                      const Matrix3& rotation, const Vector3& position, const Vector6& twist,
+                      const Vector6& acceleration) {
+  const Vector6 eta = FromRoot(rotation, position, twist);
+  const Vector6 inertia = node.FullInertia();
+  Vector6 w = inertia.cwiseProduct(FromRoot(rotation, position, acceleration));
+  w -= CoadjointTimes(eta, inertia.cwiseProduct(eta));
+  const model::SectionMotion motion = MotionOf(arm, m, rotation, eta);
+  for (const model::SectionLoad& load : arm.loads) {
+    const double scale =
+        node.weight_m * (std::holds_alternative<model::GravityLoad>(load) ? m.gravity_scale : 1.0);
+    w -= scale * std::visit([&](const auto& l) { return l.Density(node.section, motion); }, load);
+  }
+  for (std::size_t k = 0; k < arm.distributed.size(); ++k) {
+    if (m.distributed[k] == 0.0) continue;
+    w -= (node.weight_m * m.distributed[k]) * arm.distributed[k].Density(node.section, motion);
+  }
+  return WrenchToRoot(rotation, position, w);
+}
+
+Vector6 PointWrenchAt(const ArmMotion& m, const ReducedPoint& p, double amplitude,
+                      const Matrix3& rotation) {
+  return WrenchInSection(amplitude * p.load->wrench, p.load->frame,
+                         m.root_rotation * Eigen::Quaterniond(rotation));
+}
+
+void EvaluateCables(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
+  for (std::size_t c = 0; c < arm.cables.size(); ++c) {
+    double length = arm.cables[c].length_offset_m;
+    VectorX& gradient = work->cable_gradient[c];
+    gradient.setZero();
+    double rate = 0;
+    for (const CablePoint& p : arm.cables[c].points) {
+      const StrainGroup& group = arm.basis.groups()[p.group];
+      const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
+      Vector6 g;
+      const Vector6 d = p.reference + p.basis.lazyProduct(q);
+      length += CablePieceLength(p.piece, p.element, d, &g, nullptr);
+      gradient.segment(group.first, group.columns).noalias() += p.basis.transpose().lazyProduct(g);
+    }
+    for (int i = 0; i < gradient.size(); ++i) rate += gradient(i) * m.q_dot[i];
+    work->cable_length_m[c] = length;
+    work->cable_rate_m_s[c] = rate;
+    const double u = model::CableTension(m.cables[c], length, rate);
+    work->cable_tension_n[c] = u;
+    if (u != 0.0) work->residual += u * gradient;
+  }
+}
+
+}  // namespace
+
+ArmWork::ArmWork(const ReducedArm& arm)
+    : at(arm.intervals.size()),
+      base_wrench(Vector6::Zero()),
+      residual(VectorX::Zero(arm.size())),
+      cable_length_m(arm.cables.size(), 0.0),
+      cable_rate_m_s(arm.cables.size(), 0.0),
+      cable_tension_n(arm.cables.size(), 0.0),
+      cable_gradient(arm.cables.size(), VectorX::Zero(arm.size())) {
+  for (std::size_t l = 0; l < at.size(); ++l) {
+    const int m = arm.basis.groups()[arm.intervals[l].group].columns;
+    for (Matrix6X* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
+  }
+  for (Matrix6X* x : {&sum_columns, &sum_columns1, &sum_columns2}) x->setZero(6, arm.size());
+  const int m = arm.basis.groups()[0].columns;
+  for (Matrix6X* x : {&e, &e1, &e2, &tau, &tau1, &tau2, &fm, &fd, &fk, &ns, &uy, &uz, &sum_m,
+                      &sum_d, &sum_k, &row_y, &row_z}) {
+    x->setZero(6, m);
+  }
+}
+
+void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses) {
+  Pose h = arm.mount;
+  for (std::size_t l = 0; l < arm.intervals.size(); ++l) {
+    const Interval& v = arm.intervals[l];
+    const StrainGroup& group = arm.basis.groups()[v.group];
+    IntervalState s;
+    SetOmega(v, group, {q, q, q, {}, {}, {}, 0, nullptr, nullptr, nullptr}, &s);
+    h = h * model::ExpSE3(s.omega);
+    (*poses)[l] = h;
+  }
+}
+
+bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
+  Matrix3 rotation = arm.mount.rotation.toRotationMatrix();
+  Vector3 position = arm.mount.position;
+  Vector6 twist = m.root_twist, acceleration = m.root_acceleration;
+  work->base_wrench.setZero();
+  if (arm.base_section >= 0) {
+    work->base_wrench = SectionWrench(arm, m, arm.sections[arm.base_section], rotation, position,
+                                      twist, acceleration);
+  }
+  for (int l = 0; l < arm.dynamic_intervals; ++l) {
+    const Interval& v = arm.intervals[l];
+    IntervalState& s = work->at[l];
+    SetOmega(v, arm.basis.groups()[v.group], m, &s);
+    s.coefficients = EvaluateTangentJet(s.omega, s.omega_dot, &s.jet);
+    position += rotation * s.jet.position;
+    rotation = (rotation * s.jet.rotation).eval();
+    s.rotation = rotation;
+    s.position = position;
+    const Vector6 moved = ToRoot(rotation, position, s.jet.value.Times(s.omega_dot));
+    twist += moved;
+    acceleration +=
+        ToRoot(rotation, position, s.jet.value.Times(s.omega_ddot) + s.jet.rate.Times(s.omega_dot));
+    acceleration += SmallAdjointTimes(twist, moved);
+    s.twist = twist;
+    s.acceleration = acceleration;
+    if (v.section >= 0) {
+      s.own_wrench =
+          SectionWrench(arm, m, arm.sections[v.section], rotation, position, twist, acceleration);
+    } else {
+      s.own_wrench.setZero();
+    }
+  }
+  for (std::size_t k = 0; k < arm.points.size(); ++k) {
+    const ReducedPoint& p = arm.points[k];
+    if (m.points[k] == 0.0) continue;
+    if (p.interval < 0) {
+      const Matrix3 base = arm.mount.rotation.toRotationMatrix();
+      work->base_wrench -=
+          WrenchToRoot(base, arm.mount.position, PointWrenchAt(m, p, m.points[k], base));
+      continue;
+    }
+    IntervalState& s = work->at[p.interval];
+    s.own_wrench -=
+        WrenchToRoot(s.rotation, s.position, PointWrenchAt(m, p, m.points[k], s.rotation));
+  }
+
+  const Eigen::Map<const VectorX> q(m.q, arm.size()), q_dot(m.q_dot, arm.size());
+  work->residual.noalias() = arm.stiffness.lazyProduct(q);
+  if (arm.viscous) work->residual.noalias() += arm.damping.lazyProduct(q_dot);
+  Vector6 sum = Vector6::Zero();
+  for (int l = arm.dynamic_intervals - 1; l >= 0; --l) {
+    const Interval& v = arm.intervals[l];
+    const StrainGroup& group = arm.basis.groups()[v.group];
+    IntervalState& s = work->at[l];
+    sum += s.own_wrench;
+    s.wrench = sum;
+    s.body_wrench = WrenchFromRoot(s.rotation, s.position, sum);
+    s.stress = s.jet.value.TransposeTimes(s.body_wrench);
+    auto residual = work->residual.segment(group.first, group.columns);
+    residual.noalias() += v.basis.transpose().lazyProduct(s.stress);
+    if (v.magnus) {
+      const Eigen::Map<const VectorX> local(m.q + group.first, group.columns);
+      const Vector6 a = v.rest1 + v.basis1 * local, b = v.rest2 + v.basis2 * local;
+      residual += v.kappa * (v.basis2.transpose() * CoadjointTimes(a, s.stress) -
+                             v.basis1.transpose() * CoadjointTimes(b, s.stress));
+    }
+  }
+  work->base_wrench += sum;
+  EvaluateCables(arm, m, work);
+  return work->residual.allFinite() && work->base_wrench.allFinite();
+}
+
+}  // namespace mantle::reduced

@@ -1,0 +1,80 @@
+#pragma once
+
+#include "reduced/arm.h"
+#include "reduced/tangent_jet.h"
+
+/// Inverse dynamics of a reduced arm and its exact derivatives, by recursion along the chain.
+///
+/// All quantities are expressed in the root frame, at the root's origin, as seen from an inertial
+/// frame that coincides with it at this instant. With S_k = Ad_{h_k} T_k E_k the columns of
+/// interval k (h_k its end's pose relative to the root, T_k the tangent operator, E_k =
+/// dOmega_k/dq):
+///   V_k = V_{k-1} + S_k q_dot,   A_k = A_{k-1} + S'_k q_dot + S_k q_ddot,   ' = inertial rate
+///   w_k = I_k A_k - ad_{V_k}^T I_k V_k - loads_k,     R_q = sum_k S_k^T W_k,  W_k = sum_{l>=k} w_l
+/// Column i of a change of coordinates changes V by S'_i and A by S''_i - ad_V S'_i, of a change of
+/// rates by S_i and 2 S'_i - ad_V S_i, and the wrenches' own motion by -N(w) S_i; summed from the
+/// tip, this gives M, D = dR/dq_dot and K = dR/dq with one set of composite 6x6 matrices
+/// (composite rigid-body algorithm; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 6;
+/// Carpentier & Mansard, Analytical derivatives, RSS 2018).
+
+namespace mantle::reduced {
+
+/// What the arm's evaluation reads: pointers into the model's state and inputs.
+struct ArmMotion {
+  const double *q, *q_dot, *q_ddot;
+  Vector6 root_twist, root_acceleration;
+  Eigen::Quaterniond root_rotation;
+  double gravity_scale;
+  const model::CableInput* cables;
+  const double *distributed, *points;
+};
+
+struct IntervalState {
+  Vector6 omega, omega_dot, omega_ddot;
+  TangentJet jet;
+  TangentCoefficients coefficients;
+  Matrix3 rotation;  ///< of h_k
+  Vector3 position;
+  Vector6 twist, acceleration;           ///< V_k, A_k
+  Vector6 own_wrench;                    ///< w_k
+  Vector6 wrench, body_wrench;           ///< W_k, and in the frame of the interval's end
+  Vector6 stress;                        ///< T_k^T body_wrench, conjugate to Omega_k
+  Matrix6X columns, columns1, columns2;  ///< S, S', S''
+};
+
+struct ArmWork {
+  explicit ArmWork(const ReducedArm& arm);
+
+  std::vector<IntervalState> at;
+  Vector6 base_wrench;  ///< of the base section, and (after the call) the total on the root
+  VectorX residual;     ///< R_q
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
+  std::vector<VectorX> cable_gradient;  ///< dl/dq
+  // Scratch of the linearisation.
+  Matrix6X sum_columns, sum_columns1, sum_columns2;  ///< S, S', S'' summed over each group
+  Matrix6X e, e1, e2, tau, tau1, tau2, fm, fd, fk, ns, uy, uz;
+  Matrix6X sum_m, sum_d, sum_k, row_y, row_z;
+};
+
+/// Poses of the interval ends relative to the root, without dynamics; for lifting and outputs.
+void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses);
+
+/// Fills `work`; false where something is not finite.
+bool EvaluateArm(const ReducedArm& arm, const ArmMotion& motion, ArmWork* work);
+
+/// Blocks of the whole robot's matrices: rows and columns 0..5 belong to the root, `first` is the
+/// row of the arm's first coordinate. All are added to.
+struct Linearisation {
+  Eigen::MatrixXd mass, damping, stiffness;  ///< M, dR/dv, dR/d(increment)
+};
+void LineariseArm(const ReducedArm& arm, const ArmMotion& motion, int first, ArmWork* work,
+                  Linearisation* out);
+
+/// Adds gain dR/d(input) for one distributed amplitude or point wrench; cables are made from
+/// cable_gradient.
+void AddDistributedColumn(const ReducedArm& arm, const ArmMotion& motion, const ArmWork& work,
+                          int load, double gain, int first, Eigen::Ref<VectorX> column);
+void AddPointColumn(const ReducedArm& arm, const ArmMotion& motion, const ArmWork& work, int point,
+                    double gain, int first, Eigen::Ref<VectorX> column);
+
+}  // namespace mantle::reduced

@@ -1,0 +1,104 @@
+#pragma once
+
+#include <vector>
+
+#include "reduced/arm_dynamics.h"
+#include "reduced/mantle_basis.h"
+#include "reduced/polynomial.h"
+
+/// The mantle and its water in the coordinates s of MantleShapes, clamped to the root: projections
+/// of model/shell_element.h, mantle_inertia.h and mantle_loads.h. With c_i(s) the root's inertia
+/// functions (lateral L0, L1, L2, roll) and Gamma_i their constant 6x6 patterns,
+///
+///   T = 1/2 eta^T (M_0 + sum c_i(s) Gamma_i) eta + eta_6 c_z . s_dot + 1/2 |s_dot|^2,
+///   R_s    = s_ddot + c_z eta_dot_6 - 1/2 sum grad c_i (eta^T Gamma_i eta) + stresses - loads,
+///   R_root = d/dt (dT/d eta) - ad_eta^T dT/d eta - loads,
+/// where contained water pushes the shape through its centroid only ([physics.md] 4).
+
+namespace mantle::reduced {
+
+struct CubatureElement {
+  model::ShellElement element;  ///< its area scaled by the cubature's weight
+  model::Vector5 rest;
+  Eigen::Matrix<double, 5, Eigen::Dynamic> rows;  ///< dy/ds
+};
+
+/// A piece of the profile that feels lateral drag: r, z and height, affine in s.
+struct LateralSlice {
+  double r, z, height;
+  VectorX r_row, z_row, height_row;
+};
+
+struct ReducedMantle {
+  int size{0};
+  MantleShapes basis;
+  std::vector<Vector3> reference;
+  model::ShellMaterial material;
+  std::vector<CubatureElement> elements;
+  double cubature_residual{0};
+  VectorX axial_coupling;  ///< c_z
+  VectorX mean_axial;      ///< of the area-averaged axial speed
+  VectorX thrust;          ///< of the thrust's distribution
+  VectorX axial_area;      ///< integral of the axial shape over the area
+  double axial_moment{0};  ///< integral of z over the area, at s = 0
+  std::vector<VectorX> strips;
+  struct Spokes {
+    double length_m;
+    VectorX gradient;
+  };
+  std::vector<Spokes> spokes;
+  Eigen::MatrixXd radius_rows;  ///< nodes x k
+  VectorX radius_rest;
+  double lip_z{0};
+  VectorX lip_z_row;
+  std::vector<LateralSlice> slices;
+
+  /// Polynomials: what each output is, or -1 where the scene has no use for it.
+  Polynomials polynomials;
+  int volume{-1}, moment1{-1}, flux{-1}, wall{-1};  ///< flux, wall: first of `size` outputs
+  int inertia[4]{-1, -1, -1, -1};                   ///< L0, L1, L2, roll
+  Matrix6 inertia_pattern[4];
+  Matrix6 axial_pattern;  ///< times sum m (1 + B)
+  double axial_mass_kg{0};
+};
+
+/// Throws model::BadRobot.
+ReducedMantle MakeReducedMantle(const model::Plant& plant, const MantleReduction& reduction);
+
+struct MantleMotion {
+  const double *s, *s_dot, *s_ddot;
+  Vector6 root_twist, root_acceleration;
+  Vector3 gravity_m_s2;  ///< in the root frame, scaled
+  const model::CableInput* spokes;
+  const double* strips_pa;
+  double normal_pressure_pa;
+};
+
+struct MantleWork {
+  explicit MantleWork(const ReducedMantle& mantle);
+
+  std::vector<model::ShellElementState> elements;
+  Polynomials polynomials;  ///< own copy: evaluation writes its monomials
+  PolynomialValues values;
+  VectorX residual;     ///< R_s
+  Vector6 root_wrench;  ///< R_root
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
+  double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};
+  double thrust_by_flux{0}, axial_speed_m_s{0}, drag_n{0}, max_radius_m{0}, elastic_j{0};
+  int widest{0};  ///< node of the largest radius
+  VectorX radius;
+  /// Contained water: mass, centroid, and the gradients of both.
+  double water_kg{0}, water_rate_kg_s{0}, centroid_m{0}, centroid_rate_m_s{0};
+  VectorX water_gradient, centroid_gradient;
+  Eigen::MatrixXd centroid_hessian;
+  Eigen::Matrix<double, 5, Eigen::Dynamic> scratch;
+  VectorX column, row;
+};
+
+/// nullptr, or why the shape cannot be evaluated.
+const char* EvaluateMantle(const ReducedMantle& mantle, const model::Plant& plant,
+                           const MantleMotion& motion, MantleWork* work);
+void LineariseMantle(const ReducedMantle& mantle, const model::Plant& plant,
+                     const MantleMotion& motion, int first, MantleWork* work, Linearisation* out);
+
+}  // namespace mantle::reduced

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <vector>
+
+/// Several polynomials in the mantle's coordinates at once, found from values of the plant's own
+/// functions (volume, moments of inertia, ...), which are exact polynomials of known degree in a
+/// linear space of shapes. No formula is written a second time, and value, gradient and Hessian
+/// cost a few dozen multiplications instead of a loop over the mesh.
+
+namespace mantle::reduced {
+
+struct PolynomialValues {
+  Eigen::VectorXd value;                 ///< per output
+  Eigen::MatrixXd gradient;              ///< variables x outputs
+  std::vector<Eigen::MatrixXd> hessian;  ///< per output, on demand
+};
+
+class Polynomials {
+ public:
+  Polynomials() = default;
+  /// Fits `outputs` polynomials of total degree <= `degree` to `function` (which fills a vector of
+  /// `outputs` values) on points within |x_i| <= scale_i. Throws std::runtime_error where the
+  /// function is not such a polynomial to kFitTolerance relative to its range.
+  Polynomials(int degree, const Eigen::VectorXd& scale, int outputs,
+              const std::function<void(const Eigen::VectorXd&, Eigen::VectorXd*)>& function);
+
+  int variables() const { return static_cast<int>(scale_.size()); }
+  int outputs() const { return static_cast<int>(coefficients_.cols()); }
+  /// Allocates; once.
+  void Size(PolynomialValues* values) const;
+  void Evaluate(const double* x, bool with_hessian, PolynomialValues* values);
+
+ private:
+  struct Monomial {
+    int parent, variable;  ///< monomial = parent times x_variable; the first one is 1
+  };
+  Eigen::VectorXd scale_;
+  std::vector<Monomial> monomials_;
+  Eigen::MatrixXd coefficients_;  // monomials x outputs
+  Eigen::VectorXd value_;         // of the monomials, in x / scale
+  Eigen::MatrixXd gradient_;      // variables x monomials
+  Eigen::MatrixXd hessian_;       // (variables^2) x monomials
+};
+
+}  // namespace mantle::reduced

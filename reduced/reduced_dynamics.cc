@@ -1,0 +1,218 @@
+#include <Eigen/Cholesky>
+
+#include "model/mantle_loads.h"
+#include "reduced/reduced_model.h"
+
+namespace mantle::reduced {
+namespace {
+
+using model::CoadjointTimes;
+using model::PlantInputs;
+using Kind = ActuatorTarget::Kind;
+
+ArmMotion MotionOf(const ReducedModel& model, int a, const ReducedState& state,
+                   const VectorX& acceleration, const PlantInputs& inputs) {
+  int distributed = 0, points = 0;
+  for (int b = 0; b < a; ++b) {
+    distributed += static_cast<int>(model.arms[b].distributed.size());
+    points += static_cast<int>(model.arms[b].points.size());
+  }
+  const int first = model.arm_first(a);
+  return {state.q.data() + first,
+          state.v.data() + 6 + first,
+          acceleration.data() + 6 + first,
+          state.v.head<6>(),
+          acceleration.head<6>(),
+          state.root.rotation,
+          inputs.gravity_scale,
+          inputs.cables.data() + model.plant.ArmCableIndex(a, 0),
+          inputs.distributed.data() + distributed,
+          inputs.points.data() + points};
+}
+
+MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
+                      const VectorX& acceleration, const PlantInputs& inputs) {
+  const int first = model.mantle_first();
+  Vector3 gravity = Vector3::Zero();
+  if (model.plant.has_gravity()) {
+    gravity = inputs.gravity_scale *
+              (state.root.rotation.conjugate() * model.plant.robot.effects.gravity_m_s2);
+  }
+  return {state.q.data() + first,
+          state.v.data() + 6 + first,
+          acceleration.data() + 6 + first,
+          state.v.head<6>(),
+          acceleration.head<6>(),
+          gravity,
+          inputs.cables.data() + model.plant.SpokeIndex(0),
+          inputs.strips_pa.data(),
+          inputs.normal_pressure_pa};
+}
+
+// Rigid body and what acts on the root alone.
+Vector6 RootResidual(const ReducedModel& model, const ReducedState& state,
+                     const VectorX& acceleration, const PlantInputs& inputs) {
+  const model::Plant& plant = model.plant;
+  const model::Effects& effects = plant.robot.effects;
+  const Vector6 eta = state.v.head<6>();
+  Vector6 r =
+      plant.rigid_inertia * acceleration.head<6>() - CoadjointTimes(eta, plant.rigid_inertia * eta);
+  if (plant.buoyant_mass_kg != 0.0) {
+    const Vector3 f = inputs.gravity_scale * plant.buoyant_mass_kg *
+                      (state.root.rotation.conjugate() * effects.gravity_m_s2);
+    r.head<3>() -= plant.buoyant_centre_m.cross(f);
+    r.tail<3>() -= f;
+  }
+  if (effects.roll_drag) r -= RollDragWrench(*effects.roll_drag, eta);
+  if (effects.rigid_drag && plant.robot.rigid_body) {
+    r -= RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag,
+                       plant.robot.water.density_kg_m3, eta);
+  }
+  return r;
+}
+
+void LineariseRoot(const ReducedModel& model, const ReducedState& state, const PlantInputs& inputs,
+                   ReducedJacobians* out) {
+  const model::Plant& plant = model.plant;
+  const model::Effects& effects = plant.robot.effects;
+  const Vector6 eta = state.v.head<6>();
+  out->mass.topLeftCorner<6, 6>() += plant.rigid_inertia;
+  auto damping = out->damping.topLeftCorner<6, 6>();
+  damping -= model::CoadjointMatrix(plant.rigid_inertia * eta);
+  damping -= model::SmallAdjoint(eta).transpose() * plant.rigid_inertia;
+  if (plant.buoyant_mass_kg != 0.0) {
+    const Matrix3 turn = model::Hat(inputs.gravity_scale * plant.buoyant_mass_kg *
+                                    (state.root.rotation.conjugate() * effects.gravity_m_s2));
+    out->stiffness.topLeftCorner<3, 3>() -= model::Hat(plant.buoyant_centre_m) * turn;
+    out->stiffness.block<3, 3>(3, 0) -= turn;
+  }
+  if (effects.roll_drag) damping -= RollDragTangent(*effects.roll_drag, eta);
+  if (effects.rigid_drag && plant.robot.rigid_body) {
+    damping -= RigidBodyDragTangent(*plant.robot.rigid_body, *effects.rigid_drag,
+                                    plant.robot.water.density_kg_m3, eta);
+  }
+}
+
+void AddCableColumn(const ReducedModel& model, const PlantInputs& inputs, const ReducedWork& work,
+                    int cable, double gain, Eigen::Ref<VectorX> column) {
+  const model::CableInput& in = inputs.cables[cable];
+  const auto by_input = [&](double tension) {  // d tension / d input
+    if (!in.reeled) return 1.0;
+    return tension > 0.0 ? -in.stiffness_n_m : 0.0;
+  };
+  for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
+    const int count = static_cast<int>(model.arms[a].cables.size());
+    const int c = cable - model.plant.ArmCableIndex(a, 0);
+    if (c < 0 || c >= count) continue;
+    column.segment(6 + model.arm_first(a), model.arms[a].size()) +=
+        gain * by_input(work.arms[a].cable_tension_n[c]) * work.arms[a].cable_gradient[c];
+    return;
+  }
+  const int k = cable - model.plant.SpokeIndex(0);
+  column.segment(6 + model.mantle_first(), model.mantle->size) +=
+      gain * by_input(work.mantle[0].cable_tension_n[k]) * model.mantle->spokes[k].gradient;
+}
+
+void AddInputColumn(const ReducedModel& model, const ReducedState& state,
+                    const VectorX& acceleration, const PlantInputs& inputs, const ReducedWork& work,
+                    const ActuatorTarget& t, Eigen::Ref<VectorX> column) {
+  switch (t.kind) {
+    case Kind::kCable:
+      AddCableColumn(model, inputs, work, t.index, t.gain, column);
+      return;
+    case Kind::kDistributed:
+    case Kind::kPoint: {
+      int index = t.index;
+      for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
+        const ReducedArm& arm = model.arms[a];
+        const int count =
+            static_cast<int>(t.kind == Kind::kPoint ? arm.points.size() : arm.distributed.size());
+        if (index >= count) {
+          index -= count;
+          continue;
+        }
+        const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
+        const auto add = t.kind == Kind::kPoint ? AddPointColumn : AddDistributedColumn;
+        add(arm, m, work.arms[a], index, t.gain, 6 + model.arm_first(a), column);
+        return;
+      }
+      return;
+    }
+    case Kind::kStrip:
+      column.segment(6 + model.mantle_first(), model.mantle->size) +=
+          t.gain * model.mantle->strips[t.index];
+      return;
+    case Kind::kNormalPressure:
+      column.segment(6 + model.mantle_first(), model.mantle->size) -=
+          t.gain * work.mantle[0].values.value.segment(model.mantle->wall, model.mantle->size);
+      return;
+  }
+}
+
+}  // namespace
+
+ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& state,
+                                const VectorX& acceleration, const PlantInputs& inputs,
+                                ReducedWork* work) {
+  work->residual.head<6>() = RootResidual(model, state, acceleration, inputs);
+  for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
+    const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
+    if (!EvaluateArm(model.arms[a], m, &work->arms[a])) {
+      return {model.plant.rods[a].name.c_str(), "a force or a pose is not finite"};
+    }
+    work->residual.head<6>() += work->arms[a].base_wrench;
+    work->residual.segment(6 + model.arm_first(a), model.arms[a].size()) = work->arms[a].residual;
+  }
+  if (model.mantle) {
+    const MantleMotion m = MotionOf(model, state, acceleration, inputs);
+    if (const char* cause = EvaluateMantle(*model.mantle, model.plant, m, &work->mantle[0])) {
+      return {model.plant.shell->name.c_str(), cause};
+    }
+    work->residual.head<6>() += work->mantle[0].root_wrench;
+    work->residual.tail(model.mantle->size) = work->mantle[0].residual;
+  }
+  if (!work->residual.allFinite()) {
+    return {model.plant.robot.name.c_str(), "a force on the root is not finite"};
+  }
+  return {};
+}
+
+void Linearise(const ReducedModel& model, const ReducedState& state, const VectorX& acceleration,
+               const PlantInputs& inputs, bool with_inputs, ReducedWork* work,
+               ReducedJacobians* out) {
+  for (Eigen::MatrixXd* m : {&out->mass, &out->damping, &out->stiffness}) m->setZero();
+  LineariseRoot(model, state, inputs, out);
+  for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
+    const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
+    LineariseArm(model.arms[a], m, 6 + model.arm_first(a), &work->arms[a], out);
+  }
+  if (model.mantle) {
+    const MantleMotion m = MotionOf(model, state, acceleration, inputs);
+    LineariseMantle(*model.mantle, model.plant, m, 6 + model.mantle_first(), &work->mantle[0], out);
+  }
+  if (!with_inputs) return;
+  out->input.setZero();
+  for (int i = 0; i < model.input_count(); ++i) {
+    for (const ActuatorTarget& t : model.actuators[i].targets) {
+      AddInputColumn(model, state, acceleration, inputs, *work, t, out->input.col(i));
+    }
+  }
+}
+
+ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& state,
+                                 const PlantInputs& inputs, ReducedWork* work,
+                                 ReducedJacobians* jacobians, VectorX* acceleration) {
+  acceleration->setZero(model.velocity_count());
+  if (!model.plant.root_free()) acceleration->head<6>() = inputs.root_acceleration;
+  if (const ReducedFailure failure = EvaluateResidual(model, state, *acceleration, inputs, work)) {
+    return failure;
+  }
+  Linearise(model, state, *acceleration, inputs, false, work, jacobians);
+  const int skip = model.plant.root_free() ? 0 : 6;
+  const int n = model.velocity_count() - skip;
+  acceleration->tail(n) -=
+      jacobians->mass.bottomRightCorner(n, n).ldlt().solve(work->residual.tail(n));
+  return {};
+}
+
+}  // namespace mantle::reduced

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "reduced/arm_dynamics.h"
+#include "reduced/mantle.h"
+
+/// The reduced model of a Robot: root pose on SE(3), strain coordinates of the arms, shape
+/// coordinates of the mantle, with exact coupling ([physics.md] 4) and the scene's own effects.
+///
+///   q = (arms' coordinates, mantle's), v = (root's body twist, q_dot),
+///   R(g, q, v, a; inputs) = M(q) a - f = 0,
+/// evaluated as inverse dynamics. K = dR/d(zeta, q), D = dR/dv, M = dR/da and dR/du are exact; the
+/// root's increments zeta are in its body frame (g exp(zeta^)). Poses and twists are taken in a
+/// frame that drifts with the water's uniform current, as the plant's.
+
+namespace mantle::reduced {
+
+/// What one motor drives: the scene's cables, loads and strips, ganged with gains.
+struct ActuatorTarget {
+  enum class Kind { kCable, kDistributed, kPoint, kStrip, kNormalPressure };
+  Kind kind{Kind::kCable};
+  int index{0};  ///< into the PlantInputs' list of that kind
+  double gain{1};
+};
+struct Actuator {
+  std::string name;
+  std::vector<ActuatorTarget> targets;
+};
+
+struct Reduction {
+  std::vector<ArmReduction> arms{ArmReduction{}};  ///< one per arm, or one for all
+  MantleReduction mantle;
+  /// Empty: one per cable, distributed load and strip, in the plant's order.
+  std::vector<Actuator> actuators;
+};
+
+struct ReducedState {
+  double time_s{0};
+  Pose root;
+  VectorX q, v;
+};
+
+class ReducedModel {
+ public:
+  /// Throws model::BadRobot: frozen coupling, a basis that cannot be, an actuator without a target.
+  ReducedModel(const model::Robot& robot, const Reduction& reduction);
+  ReducedModel(const ReducedModel&) = delete;
+  ReducedModel& operator=(const ReducedModel&) = delete;
+
+  const model::Plant plant;  ///< the full model whose functions are projected
+  std::vector<ReducedArm> arms;
+  std::unique_ptr<const ReducedMantle> mantle;
+  std::vector<Actuator> actuators;
+
+  int coordinate_count() const { return coordinates_; }
+  int velocity_count() const { return 6 + coordinates_; }
+  /// First coordinate of an arm or of the mantle; its velocity is 6 further on.
+  int arm_first(int a) const { return arm_first_[a]; }
+  int mantle_first() const { return mantle_first_; }
+  int input_count() const { return static_cast<int>(actuators.size()); }
+
+ private:
+  std::vector<int> arm_first_;
+  int mantle_first_{0}, coordinates_{0};
+};
+
+/// Reference shape at the robot's initial pose and root twist.
+ReducedState InitialState(const ReducedModel& model);
+
+/// Overwrites every input that an actuator drives with the sum of gain times u: tensions of cables
+/// (or lengths of their reels), amplitudes, pressures. u has input_count() entries.
+void ApplyControls(const ReducedModel& model, const double* u, model::PlantInputs* inputs);
+
+struct ReducedWork {
+  explicit ReducedWork(const ReducedModel& model);
+
+  std::vector<ArmWork> arms;
+  std::vector<MantleWork> mantle;  ///< none or one
+  VectorX residual;
+};
+
+/// Where an evaluation failed: the body and the cause, both with static life; null where it did
+/// not.
+struct ReducedFailure {
+  const char* body{nullptr};
+  const char* cause{nullptr};
+  explicit operator bool() const { return cause != nullptr; }
+};
+
+/// work->residual = M(q) a - f. Rows of a root that is not free hold the wrench its support exerts.
+/// No allocation.
+ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& state,
+                                const VectorX& acceleration, const model::PlantInputs& inputs,
+                                ReducedWork* work);
+
+/// Allocated once.
+struct ReducedJacobians : Linearisation {
+  explicit ReducedJacobians(const ReducedModel& model);
+  Eigen::MatrixXd input;  ///< dR/du, velocity_count x input_count
+};
+
+/// At the state of the last EvaluateResidual (same arguments). No allocation. `with_inputs` leaves
+/// dR/du out where it is not needed.
+void Linearise(const ReducedModel& model, const ReducedState& state, const VectorX& acceleration,
+               const model::PlantInputs& inputs, bool with_inputs, ReducedWork* work,
+               ReducedJacobians* out);
+
+/// The semi-discrete acceleration; a root that is not free gets inputs.root_acceleration. For
+/// checks and outputs: the step solves its stages by itself.
+ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& state,
+                                 const model::PlantInputs& inputs, ReducedWork* work,
+                                 ReducedJacobians* jacobians, VectorX* acceleration);
+
+}  // namespace mantle::reduced

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "model/robot.h"
+
+/// Strain of an arm from generalised coordinates ([physics.md] 8):
+///
+///   xi(X) = xi*(X) + B(X) q
+///
+/// with B piecewise constant on segments, or Legendre polynomials over the whole arm, in the chosen
+/// strain components (torsion, bending y, z, stretch, shear y, z). Coordinates are strains [rad/m]
+/// and [1]. A group is a stretch of the arm with its own coordinates: a segment, or the whole arm.
+
+namespace mantle::reduced {
+
+using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+enum class BasisKind { kConstant, kLegendre };
+enum class SectionRule {
+  kGaussRadau,     ///< default: points per segment, one at its end
+  kGaussLegendre,  ///< points per segment
+  kPlantNodes      ///< the plant's own nodes and lumped masses: same semi-discrete arm
+};
+
+inline constexpr std::array<bool, 6> kBending = {false, true, true, false, false, false};
+inline constexpr std::array<bool, 6> kBendingTorsion = {true, true, true, false, false, false};
+inline constexpr std::array<bool, 6> kFourStrains = {true, true, true, true, false, false};
+inline constexpr std::array<bool, 6> kSixStrains = {true, true, true, true, true, true};
+
+struct ArmReduction {
+  BasisKind basis{BasisKind::kConstant};
+  int segments{4};                     ///< constant: equal segments, unless ends are given
+  std::vector<double> segment_ends_m;  ///< ascending, the last one the arm's length
+  int degree{3};                       ///< Legendre
+  std::array<bool, 6> strains{kFourStrains};
+  SectionRule rule{SectionRule::kGaussRadau};
+  int points{3};  ///< per segment; for Legendre, per piece of 1/(degree + 1) of the arm
+};
+
+struct StrainGroup {
+  double from_m, to_m;
+  int first, columns;  ///< of its coordinates
+};
+
+class StrainBasis {
+ public:
+  /// Throws model::BadRobot with "segments", "degree" or "strains", the value and the bound.
+  StrainBasis(const ArmReduction& reduction, double length_m);
+
+  const std::vector<StrainGroup>& groups() const { return groups_; }
+  int size() const { return size_; }
+  /// B(X) of one group (6 x its columns) at arc length x within it.
+  void Evaluate(int group, double x_m, Matrix6X* basis) const;
+  /// Ends of the pieces on which sections are placed: the segments, or degree + 1 equal pieces.
+  std::vector<double> PieceEnds() const;
+  int GroupOf(double x_m) const;
+
+ private:
+  BasisKind kind_;
+  int degree_;
+  double length_;
+  std::vector<int> components_;
+  std::vector<StrainGroup> groups_;
+  int size_{0};
+};
+
+}  // namespace mantle::reduced
