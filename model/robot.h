@@ -53,7 +53,7 @@ struct ArmCable {
   CableDrive drive;
   /// Any path instead: points (X, y, z) [m], X ascending; offsets linear between them, constant
   /// beyond the ends. `fraction`, `angle_rad` and `turns` are then not used.
-  std::vector<Vector3> path;
+  std::vector<Vector3> path{};
 };
 
 enum class LoadFrame { kBody, kWorld };  ///< follower, or dead
