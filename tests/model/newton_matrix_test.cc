@@ -111,7 +111,7 @@ Robot ClampedArm(int elements = 12) {
   return robot;
 }
 ArmCable Reeled(const char* name, double angle, double change, double stiffness) {
-  return {name, 0.6, angle, 0.3, 0.40, ReeledLength{ConstantSchedule{change}, stiffness, 2.0}};
+  return {name, 0.6, angle, 0.3, 0.40, ReeledLength{ConstantSchedule{change}, stiffness, 2.0}, {}};
 }
 Robot ClampedMantle(int elements = 24) {
   Robot robot;
@@ -137,7 +137,7 @@ TEST(NewtonMatrix, ClampedArmIsExact) { ExpectExact(ClampedArm(), 0.7); }
 
 TEST(NewtonMatrix, ArmWithGivenTensionIsExact) {
   Robot robot = ClampedArm();
-  robot.arms[0].cables = {{"a", 0.6, 0.3, 0.4, 0.40, GivenTension{ConstantSchedule{0.8}}}};
+  robot.arms[0].cables = {{"a", 0.6, 0.3, 0.4, 0.40, GivenTension{ConstantSchedule{0.8}}, {}}};
   ExpectExact(robot, 0.7);
 }
 

@@ -28,8 +28,8 @@ constexpr double kStep_s = 1e-5;  // of the fastest motion, 1/s times 1e3
 // A cable reeled short enough to pull, a given one, and spokes.
 Robot Actuated(Robot robot) {
   robot.arms[0].cables = {
-      {"given", 0.6, 0.3, 0.4, 0.42, GivenTension{ConstantSchedule{0.7}}},
-      {"reeled", 0.6, 2.0, 0.0, 0.30, ReeledLength{ConstantSchedule{-0.01}, 200.0, 1.0}}};
+      {"given", 0.6, 0.3, 0.4, 0.42, GivenTension{ConstantSchedule{0.7}}, {}},
+      {"reeled", 0.6, 2.0, 0.0, 0.30, ReeledLength{ConstantSchedule{-0.01}, 200.0, 1.0}, {}}};
   robot.mantle->spokes = {{"spokes", 0.025, 0.105, 8, GivenTension{ConstantSchedule{0.3}}}};
   return robot;
 }

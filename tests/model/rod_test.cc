@@ -158,9 +158,9 @@ TEST(Rod, ImpossibleArmsAreRefusedWithValueAndBound) {
   arm.curvature_base = {0, 0, 20};
   EXPECT_NE(message(arm).find("mesh is too coarse"), std::string::npos);
   arm = PaperArm();
-  arm.cables = {{"c", 1.2, 0, 0, 0.42, {}}};
+  arm.cables = {{"c", 1.2, 0, 0, 0.42, {}, {}}};
   EXPECT_NE(message(arm).find("fraction = 1.2, must be in [0, 1]"), std::string::npos);
-  arm.cables = {{"c", 0.6, 0, 0, 0.5, {}}};
+  arm.cables = {{"c", 0.6, 0, 0, 0.5, {}, {}}};
   EXPECT_NE(message(arm).find("end = 0.5 m, must be in (0, 0.42]"), std::string::npos);
   arm = PaperArm(2);
   arm.points = {{"a", 0.41, Vector6::Zero(), LoadFrame::kWorld, ConstantSchedule{1}}};
@@ -236,7 +236,7 @@ double DiscreteLength(const Rod& rod) {
 TEST(RodCable, RoutedPathHasTheLengthOfItsPoints) {
   constexpr double kTolerance = 2e-5;  // h^2 of 64 elements, kinks of the path on nodes
   Arm arm = PaperArm(64);
-  arm.cables = {{"c", 0.6, 0, 0, 0.42, {}}};
+  arm.cables = {{"c", 0.6, 0, 0, 0.42, {}, {}}};
   arm.cables[0].path = {{0, 6e-3, 0}, {0.21, 0, 4e-3}, {0.42, -4e-3, 0}};
   const double exact = RoutedLengthByChords(arm.cables[0]);
   EXPECT_NEAR(DiscreteLength(MakeRod(arm, {}, {})), exact, kTolerance * exact);
@@ -246,7 +246,7 @@ TEST(RodCable, RoutedPathHasTheLengthOfItsPoints) {
 
 TEST(RodCable, LengthConvergesToThePathOnADeformedRod) {
   Arm arm = PaperArm(20);
-  arm.cables = {{"c", 0.6, 0.7, 1.5, 0.42, {}}};
+  arm.cables = {{"c", 0.6, 0.7, 1.5, 0.42, {}, {}}};
   const double exact = PathLengthByChords(arm, arm.cables[0]);
   double previous = 0;
   for (int n : {20, 40, 80}) {
@@ -262,7 +262,7 @@ TEST(RodCable, LengthConvergesToThePathOnADeformedRod) {
 
 TEST(RodCable, MayEndInsideAnElement) {
   Arm arm = PaperArm(10);
-  arm.cables = {{"c", 0.6, 0.0, 0.0, 0.2, {}}};
+  arm.cables = {{"c", 0.6, 0.0, 0.0, 0.2, {}, {}}};
   const Rod rod = Make(arm);
   EXPECT_EQ(rod.cables[0].pieces.size(), 5u);
   EXPECT_NEAR(rod.cables[0].pieces.back().share, (0.2 - 0.168) / 0.042, 1e-12);
@@ -270,11 +270,26 @@ TEST(RodCable, MayEndInsideAnElement) {
   EXPECT_NEAR(rod.cables[0].rest_length_m, 0.2 * std::hypot(1.0, 0.6 * 0.009 / 0.42), 1e-12);
 }
 
+TEST(RodCable, PathThroughPointsIsTheSameCable) {
+  // fraction 0.4 on the taper is the straight line from y = 6 mm to 2.4 mm
+  Arm arm = PaperArm(10);
+  arm.cables = {{"layout", 0.4, 0.0, 0.0, 0.3, {}, {}}, {"points", 0.6, 1.0, 2.0, 0.3, {}, {}}};
+  arm.cables[1].path = {{0, 0.006, 0}, {0.42, 0.0024, 0}};
+  const Rod rod = Make(arm);
+  ASSERT_EQ(rod.cables[0].pieces.size(), rod.cables[1].pieces.size());
+  for (std::size_t i = 0; i < rod.cables[0].pieces.size(); ++i) {
+    const CablePiece &a = rod.cables[0].pieces[i], &b = rod.cables[1].pieces[i];
+    EXPECT_LT((a.offset_m - b.offset_m).norm(), 1e-15) << i;
+    EXPECT_LT((a.slope - b.slope).norm(), 1e-14) << i;
+    EXPECT_EQ(a.share, b.share) << i;
+  }
+}
+
 TEST(RodCable, GradientAndHessianMatchDifferences) {
   RandomValues random(1);
   constexpr double kDifferences = 1e-9;
   Arm arm = PaperArm(20);
-  arm.cables = {{"c", 0.6, 0.7, 1.5, 0.405, {}}};
+  arm.cables = {{"c", 0.6, 0.7, 1.5, 0.405, {}, {}}};
   const Rod rod = Make(arm);
   for (std::size_t i : {std::size_t{0}, std::size_t{9}, rod.cables[0].pieces.size() - 1}) {
     const CablePiece& piece = rod.cables[0].pieces[i];

@@ -210,7 +210,7 @@ TEST(Cable, StiffReeledCableIsStableAtTenMilliseconds) {
   Robot robot = UniformArm(20, true);
   robot.effects.viscosity = robot.effects.drag = true;
   const TableSchedule draw{{0.1, 0.5}, {0.0, -0.02}};
-  robot.arms[0].cables = {{"winch", 0.6, 0.0, 0.0, 0.42, ReeledLength{draw, 1e5, 100.0}}};
+  robot.arms[0].cables = {{"winch", 0.6, 0.0, 0.0, 0.42, ReeledLength{draw, 1e5, 100.0}, {}}};
   const Plant plant(robot);
   const auto tip_after = [&](double h, long allowed_rejections) {
     RunSettings settings = Settings(Integrator::kSdirk2, h, 2.0);

@@ -32,8 +32,14 @@ Robot Swimmer(int arm_elements, int mantle_elements) {
   robot.arms[0].distributed = {
       {"torque", Vector6::Unit(2), 0.05, 0, LoadFrame::kBody, IntervalSchedule{1, {0.1}, {0.4}}}};
   robot.arms[0].cables = {
-      {"given", 0.6, 0.4, 0.2, 0.42, GivenTension{SineSchedule{0.2, 1, 0, 0.3, 0}}},
-      {"reeled", 0.6, 2.5, 0, 0.42, ReeledLength{SineSchedule{0.004, 1, 0, -0.02, 0}, 20, 0.2}}};
+      {"given", 0.6, 0.4, 0.2, 0.42, GivenTension{SineSchedule{0.2, 1, 0, 0.3, 0}}, {}},
+      {"reeled",
+       0.6,
+       2.5,
+       0,
+       0.42,
+       ReeledLength{SineSchedule{0.004, 1, 0, -0.02, 0}, 20, 0.2},
+       {}}};
   robot.arms[0].points = {
       {"tip", 0.42, Vector6::Unit(4), LoadFrame::kWorld, SineSchedule{0.02, 2, 0, 0, 0}}};
   return robot;

@@ -157,8 +157,8 @@ TEST(Vehicle, CablesThatStartAndEndOnItDoNotMoveItsMomentum) {
   Robot robot = PaperRobot(10, 16);
   robot.effects.viscosity = true;
   robot.arms[0].cables = {
-      {"a", 0.6, 0.4, 0.5, 0.42, GivenTension{TableSchedule{{0, 0.2, 0.5}, {0, 0.8, 0}}}},
-      {"b", 0.6, 2.5, 0, 0.30, ReeledLength{TableSchedule{{0, 0.3}, {0, -0.01}}, 500, 1}}};
+      {"a", 0.6, 0.4, 0.5, 0.42, GivenTension{TableSchedule{{0, 0.2, 0.5}, {0, 0.8, 0}}}, {}},
+      {"b", 0.6, 2.5, 0, 0.30, ReeledLength{TableSchedule{{0, 0.3}, {0, -0.01}}, 500, 1}, {}}};
   robot.mantle->spokes = {
       {"s", 0.025, 0.105, 8, GivenTension{TableSchedule{{0.1, 0.3}, {0, 0.6}}}}};
   const Plant plant(robot);
@@ -183,7 +183,7 @@ TEST(Vehicle, TrajectoriesAreFrameInvariant) {
   robot.effects = EveryEffect();
   robot.effects.weight = robot.effects.buoyancy = false;
   robot.mantle->strips = {{"pulse", 0.025, 0.105, TriangularSchedule{0, 200, 0.66, 0}}};
-  robot.arms[0].cables = {{"a", 0.6, 0.4, 0, 0.42, GivenTension{ConstantSchedule{0.3}}}};
+  robot.arms[0].cables = {{"a", 0.6, 0.4, 0, 0.42, GivenTension{ConstantSchedule{0.3}}, {}}};
   robot.root_twist << 0.1, 0.2, 0.3, 0.1, 0, 0.1;
   const auto end = [](const Robot& r) {
     const Plant plant(r);
