@@ -60,6 +60,8 @@ constexpr double kRefreshContraction = 0.03;
 constexpr double kFailContraction = 0.9;
 // What the first iteration of a stage is taken to contract by at best, before it has been seen.
 constexpr double kAssumedContraction = 0.1;
+// newton_tolerance is meant for steps of this length and longer.
+constexpr double kToleranceStep_s = 0.01;
 // Steps whose sizes differ by less share a matrix.
 constexpr double kSameStep = 1e-9;
 
@@ -173,6 +175,12 @@ class ImplicitStepper final : public Stepper {
     if (settings_.input_hook) settings_.input_hook(t, from_left, &inputs_);
   }
 
+  // Increments are solved to the tolerance over the step: an error of tol in Theta is one of
+  // tol / (gamma h) in v, which shorter steps must not let grow.
+  double Tolerance(double h) const {
+    return settings_.newton_tolerance * std::min(1.0, h / kToleranceStep_s);
+  }
+
   bool Attempt(double h, const PlantState& start, EnergyAccount* energy) {
     if (energy != nullptr) energy->Begin();
     const double s = 1.0 / (tableau_.gamma * h);
@@ -252,6 +260,7 @@ class ImplicitStepper final : public Stepper {
   }
 
   bool SolveStage(const PlantState& start, double t, bool from_left, double s) {
+    const double tolerance = Tolerance(1.0 / (s * tableau_.gamma));
     double previous = 0;
     bool fresh = false;
     for (int k = 0; k <= settings_.newton_max_iterations; ++k) {
@@ -291,7 +300,7 @@ class ImplicitStepper final : public Stepper {
           k > 0 ? size / previous : std::max(contraction_, kAssumedContraction);
       // What this correction leaves: contraction / (1 - contraction) of it.
       if (contraction < 1.0 &&
-          size * contraction / (1.0 - contraction) < settings_.newton_tolerance) {
+          size * contraction / (1.0 - contraction) < tolerance) {
         Unpack(start, t, s);
         if (k > 0) contraction_ = contraction;
         if (k > 0 && contraction > kRefreshContraction) matrix_valid_ = false;
@@ -300,7 +309,7 @@ class ImplicitStepper final : public Stepper {
       if (k > 0 && contraction > kPoorContraction && !fresh) {
         matrix_valid_ = false;
       } else if (k > 1 && fresh && contraction > kFailContraction &&
-                 size > 1e3 * settings_.newton_tolerance) {
+                 size > 1e3 * tolerance) {
         reason_ = fmt::format(
             "Newton iteration does not converge at t = {:.6g} s, h = {:.3g} s (contraction {:.2g}, "
             "last increment {:.2g})",
@@ -310,7 +319,7 @@ class ImplicitStepper final : public Stepper {
       previous = size;
     }
     reason_ = fmt::format("Newton iteration: {} iterations at t = {:.6g} s did not reach {:.1g}",
-                          settings_.newton_max_iterations, t, settings_.newton_tolerance);
+                          settings_.newton_max_iterations, t, tolerance);
     return false;
   }
 

@@ -27,7 +27,8 @@ using InputHook = std::function<void(double t_s, bool from_left, PlantInputs* in
 
 struct StepperSettings {
   Integrator integrator{Integrator::kSdirk2};
-  /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths.
+  /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths, for
+  /// steps of 10 ms and longer; in proportion to the step below, so that velocities keep theirs.
   double newton_tolerance{1e-8};
   int newton_max_iterations{12};
   double relative_tolerance{1e-6};  ///< CVODE
