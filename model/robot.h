@@ -142,10 +142,10 @@ struct Mantle {
   Material material;
   ShellEnd start{ShellEnd::kClamped}, end{ShellEnd::kFree};
   int elements{64};
-  double grading{
-      1};  ///< last over first element length within the first piece (> 1: finer at X = 0)
-  std::vector<double>
-      stations_m;  ///< arc lengths that must be nodes, besides piece ends and strips
+  /// Last over first element length along the whole meridian (> 1: finer at X = 0).
+  double grading{1};
+  /// Arc lengths that must be nodes, besides piece ends and strips.
+  std::vector<double> stations_m;
   double nozzle_radius_m{0};
   int outlets{1}, inlets{3};
   double added_mass_coefficient{0};  ///< B_s

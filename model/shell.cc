@@ -35,6 +35,10 @@ void CheckMantle(const Mantle& m) {
     Demand(p.r_m >= -1e-9 * length,
            fmt::format("profile: r = {:.4g} m at X = {:.4g} m, must be >= 0", p.r_m, x));
   }
+  for (double x : m.stations_m) {
+    Demand(x >= 0 && x <= length * (1 + 1e-9),
+           fmt::format("stations: {} m, must be in [0, {}]", x, length));
+  }
   const auto strip = [&](const std::string& name, double from, double to) {
     Demand(from >= 0 && from < to && to <= length * (1 + 1e-9),
            fmt::format("{}: strip [{}, {}] m, must lie within [0, {}] and not be empty", name, from,
@@ -211,7 +215,8 @@ void ShellVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gr
 }
 
 void ShellWallVolumeGradient(const std::vector<Vector3>& q, std::vector<Vector3>* gradient) {
-  // What the wall sweeps, integral of 2 pi r (r' dz - z' dr) dX, is dU without its end planes' share
+  // What the wall sweeps, integral of 2 pi r (r' dz - z' dr) dX, is dU without its end planes'
+  // share
   // -[pi r^2 dz].
   ShellVolumeGradient(q, gradient);
   gradient->front()(1) -= kPi * q.front()(0) * q.front()(0);
