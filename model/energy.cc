@@ -152,9 +152,14 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
       for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
         const double amplitude = inputs.distributed[distributed + k];
         if (amplitude == 0.0) continue;
+        // An internal one works on the section's motion relative to the root.
+        Vector6 twist = motion.twist;
+        if (plant.exact() && IsInternal(rod.distributed[k].load)) {
+          twist -= AdjointInverseTimes(Inverse(state.pose[0]) * g, root);
+        }
         power_[distributed_at + k] +=
             node.weight_m * amplitude *
-            rod.distributed[k].load.Density(node.section, motion).dot(motion.twist);
+            rod.distributed[k].load.Density(node.section, motion).dot(twist);
       }
       for (std::size_t k = 0; k < rod.points.size(); ++k) {
         if (rod.points[k].node != i) continue;

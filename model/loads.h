@@ -61,6 +61,10 @@ struct DistributedLoad {
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
 };
 
+/// A follower is an actuator's: internal to the vehicle, so the root receives the opposite wrench and
+/// the vehicle's momentum does not change ([Renda] 3.3). A dead load is external.
+inline bool IsInternal(const DistributedLoad& load) { return load.frame == LoadFrame::kBody; }
+
 using SectionLoad = std::variant<GravityLoad, DragLoad, DistributedLoad>;
 
 /// Wrench seen in the section frame of a wrench given in `frame`.

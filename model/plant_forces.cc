@@ -99,12 +99,18 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
       external += WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
                                   rod.points[k].load.frame, motion.rotation);
     }
-    Vector6 actuation = Vector6::Zero();
+    Vector6 actuation = Vector6::Zero(), internal = Vector6::Zero();
     for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
       const double amplitude = inputs.distributed[first_distributed + k];
       if (amplitude == 0.0) continue;
-      actuation += (rod.nodes[i].weight_m * amplitude) *
-                   rod.distributed[k].load.Density(rod.nodes[i].section, motion);
+      const Vector6 w = (rod.nodes[i].weight_m * amplitude) *
+                        rod.distributed[k].load.Density(rod.nodes[i].section, motion);
+      actuation += w;
+      if (IsInternal(rod.distributed[k].load)) internal += w;
+    }
+    if (plant.exact() && !internal.isZero(0.0)) {  // its reaction, on the root
+      work->force.head<6>() -=
+          AdjointInverseTransposeTimes(Inverse(state.pose[0]) * pose[i], internal);
     }
     if (i > 0) {
       at(i) += external + actuation;
