@@ -59,6 +59,10 @@ struct ArmWork {
 /// Poses of the interval ends relative to the root, without dynamics; for lifting and outputs.
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses);
 
+/// Length, rate and gradient of one cable. EvaluateArm does this for cables that are pulled or
+/// reeled; slack ones are evaluated where they are asked for.
+void EvaluateCable(const ReducedArm& arm, const ArmMotion& motion, int cable, ArmWork* work);
+
 /// Fills `work`; false where something is not finite.
 bool EvaluateArm(const ReducedArm& arm, const ArmMotion& motion, ArmWork* work);
 

@@ -13,6 +13,9 @@ constexpr double kGamma2 = 0.29289321881345254;  // 1 - 1/sqrt(2): L-stable SDIR
 constexpr double kPoorContraction = 0.3;
 constexpr double kDivergence = 1e6;
 constexpr double kAssumedContraction = 0.1;
+constexpr double kLargestShare = 0.8;  // of the last step that Broyden's correction may add again
+constexpr int kHalvings = 8;           // of a step into a shape that cannot be
+constexpr int kUpdates = 12;           // kept
 
 struct Scheme {
   int stages;
@@ -49,6 +52,9 @@ StepWork::StepWork(const ReducedModel& model) : evaluation_(model), jacobians_(m
   lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(Eigen::MatrixXd::Identity(n, n));
   increment_.setZero(n);
   permuted_.setZero(n);
+  last_.setZero(n);
+  steps_.setZero(n, kUpdates);
+  norms_.setZero(kUpdates);
   root_rows_.setZero(6, columns);
   scale_.setOnes(n);
   scale_.segment<3>(3) /= model.plant.body_length_m;
@@ -85,14 +91,13 @@ class StepSolver {
       if (i == 0) {
         s.y_known.setZero();
         s.v_known = from_.v;
-        s.acceleration.setZero();
       } else {
         const StepWork::Stage& p = work_.stages_[0];
         s.y_known = (h_ * scheme_.a21) * p.y_rate;
         s.v_known = from_.v + (h_ * scheme_.a21) * p.acceleration;
-        s.acceleration = p.acceleration;
       }
-      s.y = s.y_known + (1.0 / sigma_) * (s.v_known + (1.0 / sigma_) * s.acceleration);
+      // the rate goes on as it was
+      s.y = s.y_known + (1.0 / sigma_) * (i == 0 ? s.v_known : work_.stages_[0].y_rate);
       if (!SolveStage(i, derivatives, outcome)) return false;
       if (derivatives && !Differentiate(i)) return Fail(outcome, "the stage's matrix is singular");
     }
@@ -186,50 +191,73 @@ class StepSolver {
     work_.lu_.compute(work_.matrix_);
   }
 
+  // Newton's method with one matrix and Broyden's updates of its inverse (Kelley, Iterative Methods
+  // for Linear and Nonlinear Equations, 1995, ch. 7); the matrix is made anew where that contracts
+  // poorly.
   bool SolveStage(int i, bool derivatives, StepOutcome* outcome) {
     StepWork::Stage& s = work_.stages_[i];
     double previous = 0;
-    bool made = false;
+    int updates = 0;
     for (int k = 0; k < settings_.max_iterations; ++k) {
       Unpack(i);
-      const ReducedFailure failure = EvaluateResidual(model_, s.state, s.acceleration,
-                                                      *inputs_[InputIndex(i)], &work_.evaluation_);
-      if (failure) {
-        outcome->ok = false;
-        outcome->body = failure.body;
-        outcome->cause = failure.cause;
-        return false;
+      // A shape that cannot be: go back half way, a few times.
+      for (int half = 0; !Evaluate(i, outcome); ++half) {
+        if (k == 0 || half == kHalvings) return false;
+        outcome->ok = true;
+        work_.last_ *= 0.5;
+        s.y -= work_.last_;
+        have_matrix_ = false;
+        Unpack(i);
       }
-      if (!made) {
+      if (!have_matrix_) {
         Factor(i, false);
-        made = true;
+        have_matrix_ = true;
+        updates = 0;
       }
-      work_.increment_ = work_.evaluation_.residual;
-      if (!free_) work_.increment_.head<6>().setZero();
-      SolveInPlace(work_.increment_, work_.permuted_);
-      s.y -= work_.increment_;
-      ++outcome->iterations;
-      const double size = work_.increment_.cwiseProduct(work_.scale_).cwiseAbs().maxCoeff();
+      VectorX& step = work_.increment_;
+      step = -work_.evaluation_.residual;
+      if (!free_) step.head<6>().setZero();
+      SolveInPlace(step, work_.permuted_);
+      step.array() *= work_.scale_.array();
+      for (int j = 0; j + 1 < updates; ++j) {
+        step += work_.steps_.col(j + 1) * (work_.steps_.col(j).dot(step) / work_.norms_(j));
+      }
+      if (updates > 0) {
+        const double share = work_.steps_.col(updates - 1).dot(step) / work_.norms_(updates - 1);
+        if (share < kLargestShare) step /= 1.0 - share;
+      }
+      const double size = step.cwiseAbs().maxCoeff();
       if (!std::isfinite(size) || size > kDivergence) {
         return Fail(outcome, "Newton's iteration diverges; take a shorter step");
       }
+      work_.last_.array() = step.array() / work_.scale_.array();
+      s.y += work_.last_;
+      ++outcome->iterations;
       const double contraction = k > 0 ? size / previous : kAssumedContraction;
       if (contraction < 1.0 && size * contraction < settings_.tolerance * (1.0 - contraction)) {
         Unpack(i);
-        if (!derivatives) return true;
-        const ReducedFailure last = EvaluateResidual(model_, s.state, s.acceleration,
-                                                     *inputs_[InputIndex(i)], &work_.evaluation_);
-        if (!last) return true;
-        outcome->ok = false;
-        outcome->body = last.body;
-        outcome->cause = last.cause;
-        return false;
+        return !derivatives || Evaluate(i, outcome);
       }
-      // A poor contraction of an old matrix asks for a new one at the next iterate.
-      if (k > 0 && contraction > kPoorContraction) made = false;
+      if (updates == work_.steps_.cols() || (k > 0 && contraction > kPoorContraction)) {
+        have_matrix_ = false;
+      } else {
+        work_.steps_.col(updates) = step;
+        work_.norms_(updates++) = step.squaredNorm();
+      }
       previous = size;
     }
     return Fail(outcome, "Newton's iteration does not converge; take a shorter step");
+  }
+
+  bool Evaluate(int i, StepOutcome* outcome) {
+    StepWork::Stage& s = work_.stages_[i];
+    const ReducedFailure failure = EvaluateResidual(model_, s.state, s.acceleration,
+                                                    *inputs_[InputIndex(i)], &work_.evaluation_);
+    if (!failure) return true;
+    outcome->ok = false;
+    outcome->body = failure.body;
+    outcome->cause = failure.cause;
+    return false;
   }
 
   // x = A^-1 x; `scratch` is sized like x.
@@ -320,6 +348,7 @@ class StepSolver {
   StepWork& work_;
   const int n_;
   const bool free_;
+  bool have_matrix_{false};
 };
 
 StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, double h,

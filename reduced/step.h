@@ -65,7 +65,8 @@ class StepWork {
   ReducedJacobians jacobians_;
   Eigen::MatrixXd matrix_, rhs_, known_, weighted_;
   Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-  VectorX scale_, increment_, permuted_;
+  VectorX scale_, increment_, permuted_, last_, norms_;
+  Eigen::MatrixXd steps_;  ///< of Broyden's method, scaled
   Matrix6X root_rows_;
 };
 
