@@ -43,9 +43,8 @@ void Drive::OnNmt(NmtCommand command) {
       state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive;
   switch (command) {
     case NmtCommand::kStart:
-      break;
     case NmtCommand::kPreOperational:
-      // An enabled drive then misses its RPDOs: 8250 follows.
+      // Nothing here: an enabled drive misses its RPDOs in pre-operational, and 8250 follows.
       break;
     case NmtCommand::kStop:
       if (active) {

@@ -51,8 +51,8 @@ bool NewtonMatrix::Border::FactorSchur() {
   schur.setIdentity();
   schur.noalias() -= row.transpose() * solved;
   lu.compute(schur);
-  schur_inverse.setIdentity();
-  schur_inverse = lu.solve(schur_inverse);
+  schur.setIdentity();
+  schur_inverse.noalias() = lu.solve(schur);  // not in place: that would allocate
   scaled.noalias() = schur_inverse * t;
   return schur_inverse.allFinite();
 }

@@ -151,7 +151,11 @@ PlantState InitialState(const Plant& plant) {
   s.pose.resize(plant.pose_count());
   s.velocity = VectorX::Zero(plant.velocity_size());
   s.pose[0] = plant.robot.root_pose;
-  s.velocity.head<6>() = plant.robot.root_twist;
+  // The robot's twist is the earth's; the state's frame drifts with the current.
+  Vector6 root_twist = plant.robot.root_twist;
+  const Vector3 drift = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+  root_twist.tail<3>() -= s.pose[0].rotation.conjugate() * drift;
+  s.velocity.head<6>() = root_twist;
   const Pose root = plant.exact() ? s.pose[0] : Pose::Identity();
   for (std::size_t a = 0; a < plant.rods.size(); ++a) {
     const Rod& rod = plant.rods[a];
@@ -162,7 +166,7 @@ PlantState InitialState(const Plant& plant) {
       if (i == 0) continue;
       auto v = s.velocity.segment<6>(plant.ArmVelocity(arm_index, i));
       const Pose from_root = rod.mount * rod.reference[i];
-      if (plant.exact()) v = AdjointInverseTimes(from_root, plant.robot.root_twist);
+      if (plant.exact()) v = AdjointInverseTimes(from_root, root_twist);
       v += AdjointInverseTimes(rod.reference[i], arm.initial_twist);
     }
   }

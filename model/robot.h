@@ -51,6 +51,9 @@ struct ArmCable {
   double turns{0};
   double end_m{0};
   CableDrive drive;
+  /// Any path instead: points (X, y, z) [m], X ascending; offsets linear between them, constant
+  /// beyond the ends. `fraction`, `angle_rad` and `turns` are then not used.
+  std::vector<Vector3> path;
 };
 
 enum class LoadFrame { kBody, kWorld };  ///< follower, or dead

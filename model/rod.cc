@@ -127,6 +127,13 @@ void CheckArm(const Arm& arm) {
            fmt::format("cables.{}: fraction = {}, must be in [0, 1]: the cable must lie inside the "
                        "section",
                        c.name, c.fraction));
+    for (const Vector3& p : c.path) {
+      const double distance = std::hypot(p.y(), p.z());
+      Demand(distance <= Radius(arm, p.x()) * (1 + 1e-12),
+             fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
+                         "{:.6g} m: the cable must lie inside the section",
+                         c.name, distance, p.x(), Radius(arm, p.x())));
+    }
     Demand(c.end_m > 0 && c.end_m <= arm.length_m * (1 + 1e-12),
            fmt::format("cables.{}: end = {} m, must be in (0, {}]", c.name, c.end_m, arm.length_m));
   }
@@ -171,6 +178,16 @@ RodNode ArmSection(const Arm& arm, const Water& water, const Effects& effects, d
 }
 
 CablePiece ArmCablePath(const Arm& arm, const ArmCable& cable, double x) {
+  if (!cable.path.empty()) {  // piecewise linear
+    const auto after = std::upper_bound(cable.path.begin(), cable.path.end(), x,
+                                        [](double at, const Vector3& p) { return at < p.x(); });
+    if (after == cable.path.begin()) return {{0, after->y(), after->z()}, Vector3::Zero(), 1.0};
+    const Vector3& a = *(after - 1);
+    if (after == cable.path.end()) return {{0, a.y(), a.z()}, Vector3::Zero(), 1.0};
+    const Vector3 slope = (*after - a) / (after->x() - a.x());
+    const Vector3 at = a + (x - a.x()) * slope;
+    return {{0, at.y(), at.z()}, {0, slope.y(), slope.z()}, 1.0};
+  }
   const double angle_rate = 2.0 * std::numbers::pi * cable.turns / arm.length_m;
   const double angle = cable.angle_rad + angle_rate * x;
   const Vector3 along(0, std::cos(angle), std::sin(angle));

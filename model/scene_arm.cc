@@ -62,6 +62,20 @@ ArmCable ReadCable(TomlReader table, std::size_t index, double length_m) {
   c.fraction = table.Number("fraction", Quantity::kNumber, Range{0, 1}, 0.6);
   c.angle_rad = table.Number("angle", Quantity::kAngle, kAnyValue, 0.0);
   c.turns = table.Number("turns", Quantity::kNumber, kAnyValue, 0.0);
+  if (std::optional<TomlReader> path = table.OptionalTable("path")) {
+    for (const char* key : {"fraction", "angle", "turns"}) {
+      if (table.Has(key)) table.Fail(key, "contradicts path: a cable has one way through the arm");
+    }
+    const std::vector<double> at = path->Numbers("at", Quantity::kLength, Range{0, length_m});
+    const int count = static_cast<int>(at.size());
+    const std::vector<double> y = path->Numbers("y", Quantity::kLength, kAnyValue, count);
+    const std::vector<double> z = path->Numbers("z", Quantity::kLength, kAnyValue, count);
+    for (int i = 0; i < count; ++i) {
+      if (i > 0 && at[i] <= at[i - 1]) path->Fail("at", "must ascend");
+      c.path.emplace_back(at[i], y[i], z[i]);
+    }
+    path->Finish();
+  }
   c.end_m = table.Number("end", Quantity::kLength, Range{0, length_m, true}, length_m);
   c.drive = ReadCableDrive(&table);
   table.Finish();

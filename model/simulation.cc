@@ -53,6 +53,9 @@ void AddModeVelocity(const Plant& plant, PlantState* state) {
   }
 }
 
+// Energies below this are round-off of a robot at rest; a drift relative to them says nothing.
+constexpr double kNegligibleEnergy_j = 1e-18;
+
 }  // namespace
 
 Simulation::Simulation(const Plant& plant, const RunSettings& settings)
@@ -116,7 +119,8 @@ StepStatus Simulation::CheckRunaway() const {
 }
 
 StepStatus Simulation::TakeStep(double limit_s) {
-  const double next = std::min(limit_s, NextBreakpoint(plant_, state_.time_s));
+  const double breakpoint = NextBreakpoint(plant_, state_.time_s);
+  const double next = std::min(limit_s, breakpoint);
   const bool adaptive = settings_.stepper.integrator == Integrator::kCvode;
   StepStatus status;
   for (;;) {
@@ -127,7 +131,7 @@ StepStatus Simulation::TakeStep(double limit_s) {
     if (status.ok) {
       if (count <= 1.0) {
         state_.time_s = next;
-        if (adaptive && next < limit_s) stepper_->Restart();
+        if (adaptive && next == breakpoint) stepper_->Restart();
       }
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
       if (settings_.account_energy) AccountStep(h);
@@ -261,7 +265,7 @@ RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
   }
   const double end = EvaluateEnergies(plant_, state_, work_).total();
   const double scale = std::max(account_.peak_energy_j, turned);
-  if (scale > 0.0) {
+  if (scale > kNegligibleEnergy_j) {
     result.energy_drift = std::abs(end - account_.initial_energy_j - gained) / scale;
   }
   EnergeticIndex& index = result.index;

@@ -250,6 +250,18 @@ class Statics {
     return false;
   }
 
+  struct Place {
+    PlantState state;
+    VectorX direction;
+    double lambda;
+  };
+  Place Here() const { return {state_, previous_, lambda_}; }
+  void GoTo(const Place& place) {
+    state_ = place.state;
+    previous_ = place.direction;
+    lambda_ = place.lambda;
+  }
+
   bool TraceArc() {
     // First step: as long as the first load step would be.
     if (!Linearise(0.0) || !LoadDerivative(0.0)) return false;
@@ -257,15 +269,13 @@ class Statics {
     matrix_.Solve(plant_, &step_);
     double ds = step_.norm() * settings_.max_load_factor / settings_.load_steps;
     const double longest = 4.0 * ds, shortest = kSmallestStep * ds;
+    Place older = Here();
+    bool stepped = false;  // from `older` to where the next step starts
     while (static_cast<int>(result_.path.size()) < settings_.max_points) {
-      const PlantState before = state_;
-      const VectorX direction = previous_;
-      const double before_lambda = lambda_;
+      const Place before = Here();
       int used = 0;
       if (!ArcStep(ds, &used)) {
-        state_ = before;
-        lambda_ = before_lambda;
-        previous_ = direction;
+        GoTo(before);
         ds *= 0.5;
         if (ds < shortest) {
           reason_ = fmt::format("path stops at load factor {:.6g}: {}", lambda_, reason_);
@@ -273,24 +283,27 @@ class Statics {
         }
         continue;
       }
-      if (lambda_ < before_lambda && !result_.limit_load_factor) {
-        // Passed a maximum between two points ago and here: come closer with shorter steps.
+      if (lambda_ < before.lambda && !result_.limit_load_factor) {
+        // The maximum lies between the point before the last and here (the last may be past it
+        // already): from there again, with shorter steps.
         if (ds > kLimitResolution * longest) {
-          state_ = before;
-          lambda_ = before_lambda;
-          previous_ = direction;
+          GoTo(older);
+          if (stepped) result_.path.pop_back();
+          stepped = false;
           locating_ = true;
           ds *= 0.5;
           continue;
         }
         locating_ = false;
-        result_.limit_load_factor = std::max(before_lambda, lambda_);
+        result_.limit_load_factor = std::max(before.lambda, lambda_);
         Record();
         if (settings_.stop_at_limit) return true;
         ds = 0.02 * longest;
         continue;
       }
       Record();
+      older = before;
+      stepped = true;
       if (lambda_ >= settings_.max_load_factor) {
         return Equilibrate(settings_.max_load_factor) && (Record(), true);
       }

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kGamma2 = 0.29289321881345254;  // 1 - 1/sqrt(2): L-stable SDIRK2 (Alexander 1977)
 // Newton: a contraction above this makes a new matrix; increments growing that much give up.
-constexpr double kPoorContraction = 0.3;
+constexpr double kPoorContraction = 0.5;
 constexpr double kDivergence = 1e6;
 constexpr double kAssumedContraction = 0.1;
 constexpr double kLargestShare = 0.8;  // of the last step that Broyden's correction may add again

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <iostream>
 #include <stdexcept>
 #include <string>
 
+#include "firmware_sim/bus_load.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/rig.h"
 
@@ -267,6 +269,32 @@ TEST(Master, ABreakOfTheLinkEndsInFaultNotInStaleTorqueAndIsRecovered) {
   EXPECT_FALSE(rig.master.enabled());
   rig.master.Enable(rig.now_us);
   EXPECT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);
+}
+
+TEST(Master, OnAWireOfOneMegabitTheLoadIsThatOfTheHandCount) {
+  Rig rig(8, NodesOneTo(8), {}, {.bit_rate = kBitRate});
+  rig.master.Enable(0);
+  ASSERT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);
+  const std::uint64_t bits_before = rig.medium.bits_carried();
+  constexpr int kCycles = 100;
+  rig.Run(kCycles * rig.period_us);
+  const double bits = static_cast<double>(rig.medium.bits_carried() - bits_before) / kCycles;
+  EXPECT_TRUE(rig.master.enabled());
+  // Drives beat every 100 ms and the master every 50 ms: between nobody and all every 50 ms.
+  EXPECT_GT(bits, LoadOfScene({}).least_bits);
+  EXPECT_LT(bits, LoadOfScene({.heartbeat_us = 50'000}).worst_bits);
+  std::cout << "measured " << LoadPercent(bits, rig.period_us) << " % of 1 Mbit/s\n";
+}
+
+TEST(Master, AWireThatIsTooSlowIsToldByLateAnswersNotByACrash) {
+  MasterOptions options = NodesOneTo(8);
+  options.supervisor.settings.period_us = 2000;  // 4295 bits do not fit into 2 ms
+  Rig rig(8, options, {}, {.bit_rate = kBitRate});
+  rig.master.Enable(0);
+  rig.Run(3 * kSecond_us);
+  std::uint64_t late = 0;
+  for (std::size_t i = 0; i < 8; ++i) late += rig.master.drive(i).tpdo1_late;
+  EXPECT_GT(late + rig.master.counters().send_failures, 0U);
 }
 
 TEST(Master, StaysOutOfTheWayOfForeignAndBrokenFrames) {

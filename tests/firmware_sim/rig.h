@@ -58,8 +58,10 @@ class Rig {
  public:
   static constexpr std::int64_t kTick_us = 1000;
 
-  explicit Rig(int drive_count, MasterOptions options, FaultOptions faults = {})
-      : master_station(medium.MakeStation(Master::Filters())),
+  explicit Rig(int drive_count, MasterOptions options, FaultOptions faults = {},
+               LoopOptions wire = {})
+      : medium(wire),
+        master_station(medium.MakeStation(Master::Filters())),
         cable(*master_station, faults),
         master(cable, options),
         period_us(options.supervisor.settings.period_us) {
@@ -102,7 +104,7 @@ class Rig {
 
   Drive& drive(std::size_t i) { return stations[i]->drive; }
 
-  LoopMedium medium{};
+  LoopMedium medium;
   std::unique_ptr<Bus> master_station;
   FaultInjectingBus cable;
   Master master;

@@ -28,3 +28,5 @@ mantle_vcan_test(firmware_sim.vcan_drives vcan_drives_test.cc LIMIT 150
 add_dependencies(test_firmware_sim_vcan_drives mantle)
 mantle_vcan_test(firmware_sim.python_can python_can_test.cc LIMIT 60 LIBS mantle::firmware_sim)
 add_dependencies(test_firmware_sim_python_can mantle)
+add_test(NAME firmware_sim.vcan_run COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/vcan_run_test.sh)
+set_tests_properties(firmware_sim.vcan_run PROPERTIES TIMEOUT 150)

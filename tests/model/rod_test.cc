@@ -197,6 +197,31 @@ double PathLengthByChords(const Arm& arm, const ArmCable& cable) {
   return length;
 }
 
+// The same for a path given by points.
+double RoutedLengthByChords(const ArmCable& cable) {
+  constexpr int kSteps = 40000;
+  const auto offset = [&](double x) -> Vector3 {
+    for (std::size_t i = 0; i + 1 < cable.path.size(); ++i) {
+      const Vector3 &a = cable.path[i], &b = cable.path[i + 1];
+      if (x > b.x()) continue;
+      const Vector3 p = a + (x - a.x()) / (b.x() - a.x()) * (b - a);
+      return {0, p.y(), p.z()};
+    }
+    return {0, cable.path.back().y(), cable.path.back().z()};
+  };
+  Pose g;
+  Vector3 previous = offset(0);
+  double length = 0;
+  for (int i = 1; i <= kSteps; ++i) {
+    const double h = cable.end_m / kSteps;
+    g = g * ExpSE3(h * SmoothStrain((i - 0.5) * h));
+    const Vector3 point = g.position + g.rotation * offset(i * h);
+    length += (point - previous).norm();
+    previous = point;
+  }
+  return length;
+}
+
 double DiscreteLength(const Rod& rod) {
   double length = 0;
   for (std::size_t i = 0; i < rod.cables[0].pieces.size(); ++i) {
@@ -206,6 +231,17 @@ double DiscreteLength(const Rod& rod) {
                                nullptr);
   }
   return length;
+}
+
+TEST(RodCable, RoutedPathHasTheLengthOfItsPoints) {
+  constexpr double kTolerance = 2e-5;  // h^2 of 64 elements, kinks of the path on nodes
+  Arm arm = PaperArm(64);
+  arm.cables = {{"c", 0.6, 0, 0, 0.42, {}}};
+  arm.cables[0].path = {{0, 6e-3, 0}, {0.21, 0, 4e-3}, {0.42, -4e-3, 0}};
+  const double exact = RoutedLengthByChords(arm.cables[0]);
+  EXPECT_NEAR(DiscreteLength(MakeRod(arm, {}, {})), exact, kTolerance * exact);
+  arm.cables[0].path[1].z() = 0.0106;  // the section's radius there is 10.5 mm
+  EXPECT_THROW(MakeRod(arm, {}, {}), BadRobot);
 }
 
 TEST(RodCable, LengthConvergesToThePathOnADeformedRod) {

@@ -35,6 +35,7 @@ Reference DomeElement() {
   out.e.radius = 0.5 * (out.q1(0) + out.q2(0));
   out.e.area = 2 * kPi * out.e.radius * out.e.chord;
   out.e.theta = -0.8;
+  out.e.sine = std::sin(out.e.theta);
   out.e.mu = -0.1 / out.e.chord;
   return out;
 }

@@ -12,8 +12,8 @@
 namespace mantle::model {
 namespace {
 
+using tests::CompleteRun;
 using tests::Extrapolate;
-using tests::Run;
 using tests::Settings;
 
 Robot UniformArm(int elements, bool added_mass) {

@@ -191,7 +191,7 @@ TEST(ReissnerShell, FirstModeOfTheMantleConverges) {
 }
 
 TEST(ReissnerShell, StripFoldsTheMantleAt494Pascal) {
-  constexpr double kTolerance_pa = 0.5;  // 0.1 %
+  constexpr double kTolerance_pa = 0.05;  // as printed; the mesh is done to 0.01 at 128 elements
   const auto fold = [](int elements) {
     Robot robot = PaperMantleRobot(elements, 1, false);
     robot.mantle->strips = {{"strip", 0.025, 0.105, ConstantSchedule{1000.0}}};
@@ -201,10 +201,14 @@ TEST(ReissnerShell, StripFoldsTheMantleAt494Pascal) {
     const StaticsResult result = SolveStatics(Plant(robot), settings);
     EXPECT_TRUE(result.ok) << result.reason;
     EXPECT_TRUE(result.limit_load_factor.has_value());
-    // stable before, unstable after; 45 % of the volume lost there
-    EXPECT_EQ(result.path.front().stability, 1);
+    // Located: stable at the last point but one, unstable at the last, and nothing above it; 45 %
+    // of the volume lost there.
+    EXPECT_EQ(result.path[result.path.size() - 2].stability, 1);
     EXPECT_EQ(result.path.back().stability, -1);
-    EXPECT_NEAR(1 - result.path.back().volume_m3 / result.path.front().volume_m3, 0.45, 0.02);
+    for (const StaticsPoint& p : result.path) {
+      EXPECT_LE(p.load_factor, result.limit_load_factor.value_or(0));
+    }
+    EXPECT_NEAR(1 - result.path.back().volume_m3 / result.path.front().volume_m3, 0.45, 0.005);
     return 1000.0 * result.limit_load_factor.value_or(0);
   };
   EXPECT_NEAR(Extrapolate(fold(64), fold(128)), 494.1, kTolerance_pa);

@@ -63,11 +63,11 @@ inline model::RunSettings Settings(model::Integrator integrator, double step_s, 
   s.output_interval_s = std::max(duration_s / 20, step_s);
   // What Newton leaves of an increment is 1/(gamma h) times as large in the velocity, at every
   // step: far below the errors of the method that these tests measure.
-  s.stepper.newton_tolerance = 1e-13;
+  s.stepper.newton_tolerance = 1e-12;
   return s;
 }
 
-inline model::RunResult Run(const model::Robot& robot, const model::RunSettings& settings) {
+inline model::RunResult CompleteRun(const model::Robot& robot, const model::RunSettings& settings) {
   const model::Plant plant(robot);
   model::Simulation simulation(plant, settings);
   const model::RunResult result = simulation.Run();

@@ -82,6 +82,7 @@ class RunJob {
   }
 
   int Execute() {
+    DemandCheckpoints();
     simulation_ = InScene(options_.scene,
                           [&] { return std::make_unique<model::Simulation>(plant_, scene_.run); });
     const std::string before = Resume();
@@ -113,6 +114,20 @@ class RunJob {
   std::unique_ptr<OutputFile> trajectory_;
   VolumeRange volume_;
   double next_checkpoint_s_{0};
+
+  // CVODE keeps a history that a checkpoint cannot hold.
+  bool can_checkpoint() const { return scene_.run.stepper.integrator != model::Integrator::kCvode; }
+
+  void DemandCheckpoints() const {
+    if (can_checkpoint()) return;
+    const char* option = std::isfinite(options_.checkpoint_every_s) ? "--checkpoint-every"
+                         : std::isfinite(options_.stop_at_s)        ? "--stop-at"
+                         : !options_.resume.empty()                 ? "--resume"
+                                                                    : nullptr;
+    if (option == nullptr) return;
+    throw BadInput(fmt::format(
+        "{}: needs another integrator than cvode, whose history no checkpoint holds", option));
+  }
 
   // Rows of the trajectory so far; empty for a run from the start.
   std::string Resume() {
@@ -153,7 +168,7 @@ class RunJob {
     const bool complete = result.ok && result.sim_time_s >= scene_.run.duration_s - kSameTime_s;
     std::string reason = result.reason;
     if (result.ok && !complete) reason = Interrupted() ? "interrupted" : "stopped by --stop-at";
-    if (result.ok && !complete) SaveCheckpoint();
+    if (result.ok && !complete && can_checkpoint()) SaveCheckpoint();
     const Json summary = RunSummary({&scene_, &plant_, &result, volume_, options_.scene.overrides,
                                      wall_s, result.sim_time_s - start_s, complete, reason});
     OutputFile file(folder_, "summary.json", summary.dump(2) + "\n");

@@ -1,0 +1,100 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/tools/program.h"
+
+namespace mantle::testing_tools {
+namespace {
+
+constexpr int kBadInput = 2;
+
+struct Refusal {
+  const char* what;
+  std::string arguments;
+  const char* says;  ///< part of the line
+};
+
+std::string PaperWith(const std::string& rest) {
+  return "run " + Scene("paper") + " --out out " + rest;
+}
+
+TEST(BadInput, IsRefusedInOneLineAndWritesNothing) {
+  const std::vector<Refusal> refusals = {
+      {"unknown key", PaperWith("--set time.stepp=1"),
+       "paper.toml: time.stepp: unknown key, did you mean \"step\"?"},
+      {"wrong type", PaperWith("--set time.step=true"), "time.step: true: must be a number > 0"},
+      {"wrong unit", PaperWith("--set 'time.step=5 mm'"),
+       "time.step: \"5 mm\": must be a number > 0 with unit s, ms"},
+      {"negative", PaperWith("--set arms.arm.length=-0.4"), "arms[0].length: -0.4 m: must be > 0"},
+      {"not a number", PaperWith("--set time.duration=nan"),
+       "time.duration: nan s: must be finite and > 0"},
+      {"cable outside section",
+       PaperWith("--set 'arms.arm.cables=[{fraction = 1.5, tension = 1}]'"),
+       "arms[0].cables[0].fraction: 1.5: must be in [0, 1]"},
+      {"mesh too coarse", PaperWith("--set mantle.elements=3"),
+       "paper.toml: mantle.elements = 3, must be >= 4"},
+      {"contradictory effects",
+       PaperWith("--set effects.lateral_drag=true --set robot.root=clamped "
+                 "--set robot.coupling=frozen"),
+       "robot.coupling: \"frozen\": must be \"exact\""},
+      {"unstable explicit step", PaperWith("--set time.integrator=rk4"),
+       "s: explicit RK4 is stable up to about"},
+      {"missing scene", "run absent.toml --out out", "absent.toml: cannot be read: no such file"},
+      {"no scene", "run --out out", "SCENE"},
+      {"unknown option", PaperWith("--fast"), "--fast"},
+      {"no command", "", "subcommand"},
+      {"override that is none", PaperWith("--set time.step"), "--set time.step: must be key=value"},
+      {"no [time]", "run " + Scene("elastica") + " --out out", "time: table is missing"},
+      {"statics of a free root", "static " + Scene("paper") + " --out out",
+       "robot.root: must be \"clamped\""},
+      {"resume of nothing", PaperWith("--resume absent"), "--resume: absent: cannot be read"},
+      {"checkpoints of CVODE", PaperWith("--set time.integrator=cvode --checkpoint-every 1"),
+       "--checkpoint-every: needs another integrator than cvode"},
+      {"check of a wrong scene", "check " + Scene("paper") + " --set water.density=-1",
+       "water.density: -1 kg/m^3: must be > 0"},
+  };
+  const auto folder = FreshFolder("bad_input");
+  for (const Refusal& refusal : refusals) {
+    const Outcome outcome = Mantle(folder, refusal.arguments);
+    SCOPED_TRACE(refusal.what);
+    EXPECT_EQ(outcome.status, kBadInput);
+    EXPECT_EQ(outcome.out, "");
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(refusal.says), std::string::npos) << outcome.err;
+    EXPECT_EQ(outcome.err.rfind("mantle: ", 0), 0u) << outcome.err;
+    EXPECT_TRUE(std::filesystem::is_empty(folder)) << "something was written";
+  }
+}
+
+TEST(BadInput, EmptyBodiesAreRefused) {
+  const auto folder = FreshFolder("empty_bodies");
+  std::ofstream(folder / "empty.toml") << "[time]\nduration = 1\n";
+  std::ofstream(folder / "broken.toml") << "[time\nduration = 1\n";
+  const Outcome empty = Mantle(folder, "run empty.toml --out out");
+  EXPECT_EQ(empty.status, kBadInput);
+  EXPECT_NE(empty.err.find("empty.toml: arms: the scene has no bodies"), std::string::npos)
+      << empty.err;
+  const Outcome broken = Mantle(folder, "run broken.toml --out out");
+  EXPECT_EQ(broken.status, kBadInput);
+  EXPECT_NE(broken.err.find("broken.toml: line 1"), std::string::npos) << broken.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+}
+
+TEST(BadInput, AnOutputThatCannotBeWrittenIsRefusedBeforeTheRun) {
+  const auto folder = FreshFolder("unwritable");
+  std::ofstream(folder / "file") << "not a folder\n";
+  for (const std::string& command :
+       {"run " + Scene("arm_dynamic"), "static " + Scene("elastica")}) {
+    const Outcome outcome = Mantle(folder, command + " --out file/results");
+    EXPECT_EQ(outcome.status, kBadInput);
+    EXPECT_EQ(outcome.err,
+              "mantle: --out: file/results: cannot be written: must be a folder with write "
+              "permission\n");
+    EXPECT_EQ(outcome.out, "");
+  }
+  EXPECT_EQ(ReadFile(folder / "file"), "not a folder\n");
+}
+
+}  // namespace
+}  // namespace mantle::testing_tools

@@ -1,0 +1,197 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include "tests/tools/program.h"
+
+namespace mantle::testing_tools {
+namespace {
+
+// Short of the paper's scene, with everything in it: mantle, cone, arm, switching torque.
+const char* const kShort =
+    " --set time.duration=0.6 --set time.step=0.005 --set output.interval=0.02 --set "
+    "'arms.arm.distributed.bend_z.schedule.off=[0.23]' "
+    "--set mantle.elements=16 --set arms.arm.elements=6";
+
+std::vector<std::vector<std::string>> ReadCsv(const std::filesystem::path& path) {
+  std::istringstream in(ReadFile(path));
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(in, line);) {
+    rows.emplace_back();
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+nlohmann::json WithoutWallTime(nlohmann::json summary) {
+  summary.erase("wall_time_s");
+  summary.erase("realtime_factor");
+  return summary;
+}
+
+TEST(MantleRun, WritesSummaryAndTrajectory) {
+  const auto folder = FreshFolder("run");
+  const Outcome outcome = Mantle(folder, "run " + Scene("paper") + kShort + " --out out");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err, "");
+  EXPECT_NE(outcome.out.find("results in out"), std::string::npos);
+  std::set<std::string> files;
+  for (const auto& f : std::filesystem::directory_iterator(folder / "out")) {
+    files.insert(f.path().filename().string());
+  }
+  EXPECT_EQ(files, (std::set<std::string>{"summary.json", "trajectory.csv"}));
+
+  const auto summary = ReadJson(folder / "out/summary.json");
+  EXPECT_EQ(summary.at("scene"), "paper");
+  EXPECT_EQ(summary.at("complete"), true);
+  EXPECT_DOUBLE_EQ(summary.at("sim_time_s"), 0.6);
+  EXPECT_GT(summary.at("wall_time_s"), 0.0);
+  EXPECT_GT(summary.at("realtime_factor"), 0.0);
+  EXPECT_GE(summary.at("steps"), 120);
+  EXPECT_GT(summary.at("newton_iterations"), summary.at("steps").get<long>());
+  EXPECT_LE(summary.at("power_balance_residual"), 1e-10);
+  EXPECT_GT(summary.at("energy_drift"), 0.0);
+  EXPECT_LT(summary.at("energy_drift"), 1e-2);
+  EXPECT_EQ(summary.at("final").at("root").at("quaternion_wxyz").size(), 4u);
+  EXPECT_EQ(summary.at("final").at("tips").at("arm").at("position_m").size(), 3u);
+  EXPECT_LT(summary.at("volume_m3").at("min"), summary.at("volume_m3").at("initial").get<double>());
+  EXPECT_TRUE(summary.at("work_j").contains("jet_thrust"));
+  EXPECT_FALSE(summary.at("work_j").contains("roll_drag")) << "not named by the scene";
+  EXPECT_TRUE(summary.at("energetic_index").contains("positive_ratio_of_means"));
+  EXPECT_EQ(summary.at("settings").at("integrator"), "sdirk2");
+  EXPECT_EQ(summary.at("overrides").size(), 6u);
+
+  const auto rows = ReadCsv(folder / "out/trajectory.csv");
+  ASSERT_EQ(rows.size(), 1u + 31u) << "titles, t = 0 and every 20 ms";
+  for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size());
+  const auto column = [&](const std::string& title) {
+    return std::find(rows[0].begin(), rows[0].end(), title) - rows[0].begin();
+  };
+  const auto z = column("root_z_m"), volume = column("volume_m3"), tip = column("arm_tip_x_m");
+  ASSERT_LT(std::max({z, volume, tip}), static_cast<long>(rows[0].size()));
+  EXPECT_DOUBLE_EQ(std::stod(rows.back()[0]), 0.6);
+  EXPECT_EQ(std::stod(rows.back()[z]), summary["final"]["root"]["position_m"][2].get<double>());
+  EXPECT_EQ(std::stod(rows.back()[tip]),
+            summary["final"]["tips"]["arm"]["position_m"][0].get<double>());
+  EXPECT_EQ(std::stod(rows.back()[volume]), summary["volume_m3"]["final"].get<double>());
+}
+
+TEST(MantleRun, EveryTitleOfTheTrajectoryHasADocumentedStem) {
+  const auto folder = FreshFolder("titles");
+  const Outcome outcome =
+      Mantle(folder, "run " + Scene("octopus") + " --set time.duration=0.02 --out out");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  // Columns of arms and cables are documented with ARM, CABLE, MANTLE and SPOKES in place of names,
+  // and vectors by their first or last component.
+  for (const char* stem : {"time_s",         "root_x_m",           "root_qz",
+                           "root_wx_rad_s",  "root_vz_m_s",        "ARM_tip_x_m",
+                           "ARM_tip_vz_m_s", "centre_of_mass_x_m", "angular_momentum_x_n_m_s",
+                           "momentum_x_n_s", "volume_m3",          "volume_rate_m3_s",
+                           "thrust_n",       "kinetic_solid_j",    "kinetic_water_j",
+                           "elastic_arms_j", "elastic_mantle_j",   "ARM_CABLE_length_m",
+                           "index_output_w", "index_input_w",      "power_balance_residual"}) {
+    EXPECT_NE(page.find(std::string("`") + stem + "`"), std::string::npos) << stem;
+    std::string name = stem;
+    if (name == "ARM_CABLE_length_m") name = "arm1_outer_length_m";
+    if (name.rfind("ARM", 0) == 0) name = "arm1" + name.substr(3);
+    const auto titles = ReadCsv(folder / "out/trajectory.csv")[0];
+    EXPECT_EQ(std::count(titles.begin(), titles.end(), name), 1) << name;
+  }
+}
+
+TEST(MantleRun, JsonIsTheSummaryAlone) {
+  const auto folder = FreshFolder("json");
+  const Outcome outcome =
+      Mantle(folder, "run " + Scene("arm_dynamic") + " --set time.duration=0.1 --json --out out");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(nlohmann::json::parse(outcome.out), ReadJson(folder / "out/summary.json"));
+  EXPECT_EQ(outcome.err, "") << "no progress where standard error is no terminal";
+}
+
+TEST(MantleRun, ResumedRunHasTheSameBits) {
+  const auto folder = FreshFolder("resume");
+  const std::string run = "run " + Scene("paper") + kShort;
+  ASSERT_EQ(Mantle(folder, run + " --out whole").status, 0);
+  const Outcome stopped = Mantle(folder, run + " --out part --stop-at 0.13");
+  EXPECT_EQ(stopped.status, 0) << "it did what it was asked";
+  EXPECT_NE(stopped.err.find("stopped by --stop-at at t = 0.14 s"), std::string::npos)
+      << stopped.err;
+  EXPECT_TRUE(std::filesystem::exists(folder / "part/trajectory.csv.partial"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "part/summary.json.partial"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "part/summary.json"));
+  const Outcome resumed = Mantle(folder, run + " --out part --resume part/checkpoint");
+  ASSERT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_EQ(ReadFile(folder / "part/trajectory.csv"), ReadFile(folder / "whole/trajectory.csv"));
+  EXPECT_EQ(WithoutWallTime(ReadJson(folder / "part/summary.json")),
+            WithoutWallTime(ReadJson(folder / "whole/summary.json")));
+}
+
+TEST(MantleRun, ResumesElsewhereFromAPeriodicCheckpoint) {
+  const auto folder = FreshFolder("periodic");
+  const std::string run = "run " + Scene("paper") + kShort + " --checkpoint-every 0.25";
+  ASSERT_EQ(Mantle(folder, run + " --out whole").status, 0);
+  ASSERT_TRUE(std::filesystem::exists(folder / "whole/checkpoint"));
+  ASSERT_EQ(Mantle(folder, run + " --out other --resume whole/checkpoint").status, 0);
+  EXPECT_EQ(ReadFile(folder / "other/trajectory.csv"), ReadFile(folder / "whole/trajectory.csv"));
+}
+
+TEST(MantleRun, CheckpointsBelongToTheirScene) {
+  const auto folder = FreshFolder("fingerprint");
+  const std::string run = "run " + Scene("arm_dynamic");
+  ASSERT_EQ(Mantle(folder, run + " --out out --stop-at 0.1").status, 0);
+  const Outcome other =
+      Mantle(folder, run + " --set time.step=0.005 --out out2 --resume out/checkpoint");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_NE(other.err.find("is of another scene"), std::string::npos) << other.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "out2"));
+}
+
+TEST(MantleRun, ARunThatCannotContinueKeepsWhatItReached) {
+  const auto folder = FreshFolder("runaway");
+  // An earlier result must not be taken for this run's.
+  std::filesystem::create_directories(folder / "out");
+  std::ofstream(folder / "out/summary.json") << "{}\n";
+  // The printed jet law runs away with the arm's mass on the root at 450 Pa (docs/scene.md,
+  // effects).
+  const Outcome outcome = Mantle(
+      folder, "run " + Scene("paper") + " --set mantle.strips.muscle.pressure.high=450 --out out");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_NE(outcome.err.find("jet_thrust ran away at t = 0."), std::string::npos) << outcome.err;
+  EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/summary.json"));
+  const auto summary = ReadJson(folder / "out/summary.json.partial");
+  EXPECT_EQ(summary.at("complete"), false);
+  EXPECT_LT(summary.at("sim_time_s"), 1.0);
+  EXPECT_GT(ReadCsv(folder / "out/trajectory.csv.partial").size(), 5u);
+}
+
+TEST(MantleRun, AnInterruptEndsTheRunWithACheckpoint) {
+  const auto folder = FreshFolder("interrupt");
+  const std::string run = "run " + Scene("arm_dynamic") + " --set time.duration=1e5 --out out";
+  // The shell waits for the first checkpoint, then interrupts the program.
+  const Outcome outcome =
+      Mantle(folder, run +
+                         " --checkpoint-every 1 & p=$!; "
+                         "while [ ! -e out/checkpoint ] && kill -0 $p; do sleep 0.05; done; "
+                         "kill -INT $p; wait $p");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_TRUE(std::filesystem::exists(folder / "out/checkpoint"));
+  EXPECT_EQ(ReadJson(folder / "out/summary.json.partial").at("reason"), "interrupted");
+}
+
+TEST(MantleRun, HelpTeaches) {
+  const auto folder = FreshFolder("help");
+  for (const char* command : {"run", "static", "check"}) {
+    const Outcome outcome = Mantle(folder, std::string(command) + " --help");
+    EXPECT_EQ(outcome.status, 0);
+    EXPECT_NE(outcome.out.find(std::string("mantle ") + command + " scenes/"), std::string::npos)
+        << "no example in the help of " << command;
+    EXPECT_NE(outcome.out.find("--set"), std::string::npos);
+  }
+}
+
+}  // namespace
+}  // namespace mantle::testing_tools

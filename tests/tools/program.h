@@ -1,0 +1,64 @@
+#pragma once
+
+#include <sys/wait.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+/// Runs the built program `mantle` and reads what it wrote.
+
+namespace mantle::testing_tools {
+
+struct Outcome {
+  int status;
+  std::string out, err;
+};
+
+inline std::string ReadFile(const std::filesystem::path& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+/// A fresh, empty folder of this test.
+inline std::filesystem::path FreshFolder(const std::string& name) {
+  const std::filesystem::path folder =
+      std::filesystem::path(MANTLE_BINARY_DIR) / "tests" / "work" / name;
+  std::filesystem::remove_all(folder);
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
+/// `arguments` go through the shell; standard error is caught in `folder`.
+inline Outcome Mantle(const std::filesystem::path& folder, const std::string& arguments) {
+  const std::filesystem::path err = folder / "stderr.txt";
+  const std::string command = "cd '" + folder.string() +
+                              "' || exit 9; { '" MANTLE_BINARY_DIR "/mantle' " + arguments +
+                              "; } 2>stderr.txt";
+  Outcome outcome{-1, {}, {}};
+  std::FILE* pipe = popen(command.c_str(), "r");
+  if (pipe == nullptr) return outcome;
+  char buffer[4096];
+  while (const std::size_t n = std::fread(buffer, 1, sizeof buffer, pipe))
+    outcome.out.append(buffer, n);
+  const int status = pclose(pipe);
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  outcome.err = ReadFile(err);
+  std::filesystem::remove(err);
+  return outcome;
+}
+
+inline nlohmann::json ReadJson(const std::filesystem::path& path) {
+  return nlohmann::json::parse(ReadFile(path));
+}
+
+inline std::string Scene(const std::string& name) {
+  return "'" MANTLE_SOURCE_DIR "/scenes/" + name + ".toml'";
+}
+
+}  // namespace mantle::testing_tools
