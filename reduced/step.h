@@ -20,7 +20,7 @@
 
 namespace mantle::reduced {
 
-enum class StepScheme { kSdirk2, kBackwardEuler };
+using model::StepScheme;
 
 struct StepSettings {
   StepScheme scheme{StepScheme::kSdirk2};
