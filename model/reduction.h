@@ -40,6 +40,8 @@ struct MantleReduction {
   /// spokes) give one shape each. Not given: 160 and 325 Pa, or two more modes where the mantle has
   /// no strip.
   std::optional<std::vector<double>> static_pressures_pa;
+  /// Pressures [Pa] at which the linear response to the jet's thrust is a shape too.
+  std::vector<double> thrust_pressures_pa;
   /// Elements whose stresses are evaluated are chosen, with weights, so that forces, stiffness and
   /// damping agree with the whole mesh within this share; 0 evaluates every element.
   double cubature_tolerance{1e-3};

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "model/modes.h"
+#include "model/newton_matrix.h"
 #include "model/statics.h"
 
 namespace mantle::reduced {
@@ -62,8 +63,7 @@ std::vector<Strip> DistinctStrips(const Plant& plant) {
   return out;
 }
 
-// Equilibrium minus reference, 3 per node; empty where there is none.
-std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, double pressure) {
+Robot Loaded(const Robot& unloaded, const Strip& strip, double pressure) {
   Robot robot = unloaded;
   if (strip.spokes) {
     auto& spokes = robot.mantle->spokes[strip.index];
@@ -72,7 +72,12 @@ std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, do
   } else {
     robot.mantle->strips[strip.index].pressure_pa = model::ConstantSchedule{pressure};
   }
-  const Plant plant(robot);
+  return robot;
+}
+
+// Equilibrium minus reference, 3 per node; empty where there is none.
+std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, double pressure) {
+  const Plant plant(Loaded(unloaded, strip, pressure));
   const model::StaticsResult result = SolveStatics(plant, {});
   if (!result.ok) return std::nullopt;
   VectorX shape(3 * plant.shape_count());
@@ -80,6 +85,27 @@ std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, do
     shape.segment<3>(3 * j) = result.state.shape[j] - plant.shell->reference[j];
   }
   return shape;
+}
+
+// Linear response of the loaded mantle to a thrust of 1 N where the jet's acts; empty where the
+// pressure has no equilibrium.
+std::optional<VectorX> ThrustShape(const Robot& unloaded, const Strip& strip, double pressure,
+                                   const std::vector<double>& share) {
+  const Plant plant(Loaded(unloaded, strip, pressure));
+  const model::StaticsResult result = SolveStatics(plant, {});
+  if (!result.ok) return std::nullopt;
+  model::PlantInputs inputs;
+  EvaluateInputs(plant, 0.0, false, &inputs);
+  model::PlantWork work(plant);
+  model::NewtonMatrix matrix(plant);
+  if (EvaluateForces(plant, result.state, inputs, &work)) return std::nullopt;
+  if (!matrix.Factor(plant, result.state, inputs, work, 0.0, 0.0)) return std::nullopt;
+  VectorX load = VectorX::Zero(plant.velocity_size());
+  for (int j = 0; j < plant.shape_count(); ++j) {
+    load(plant.ShellVelocity(j) + 1) = (1.0 - plant.shell->nodes[j].held(1)) * share[j];
+  }
+  matrix.Solve(plant, &load);
+  return load.tail(3 * plant.shape_count());
 }
 
 VectorX NodalMass(const model::Shell& shell) {
@@ -108,7 +134,12 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
         "static_pressures: the mantle has no strip and no spokes to load; give an empty "
         "list and modes");
   }
-  const int statics = static_cast<int>(pressures.size() * strips.size());
+  if (!reduction.thrust_pressures_pa.empty() &&
+      (strips.empty() || !plant.robot.effects.jet_thrust)) {
+    throw BadRobot("thrust_pressures: needs a strip or spokes, and the effect jet_thrust");
+  }
+  const int statics =
+      static_cast<int>(pressures.size() * strips.size() + reduction.thrust_pressures_pa.size());
   const int k = modes + statics;
   int available = 0;
   for (const model::ShellNode& node : plant.shell->nodes) {
@@ -144,6 +175,16 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
       }
       out.shapes.col(column++) = *shape;
     }
+  }
+  for (double p : reduction.thrust_pressures_pa) {
+    const auto shape = ThrustShape(alone, strips.front(), p, plant.shell->thrust_share);
+    if (!shape) {
+      throw BadRobot(
+          fmt::format("thrust_pressures = {} Pa: no stable equilibrium of the mantle at "
+                      "this pressure",
+                      p));
+    }
+    out.shapes.col(column++) = *shape;
   }
   for (int i = 0; i < k; ++i) {  // modified Gram-Schmidt, twice
     auto x = out.shapes.col(i);
