@@ -40,8 +40,11 @@ struct MantleReduction {
   /// spokes) give one shape each. Not given: 160 and 325 Pa, or two more modes where the mantle has
   /// no strip.
   std::optional<std::vector<double>> static_pressures_pa;
-  /// Pressures [Pa] at which the linear response to the jet's thrust is a shape too.
-  std::vector<double> thrust_pressures_pa;
+  /// Further shapes from a run of the plant itself: the leading ones (proper orthogonal
+  /// decomposition, in the mantle's mass) of what the shapes above leave of the first
+  /// `snapshot_time_s` seconds of the robot under its schedules.
+  int snapshots{0};
+  double snapshot_time_s{0.66};
   /// Elements whose stresses are evaluated are chosen, with weights, so that forces, stiffness and
   /// damping agree with the whole mesh within this share; 0 evaluates every element.
   double cubature_tolerance{1e-3};

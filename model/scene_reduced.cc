@@ -107,9 +107,9 @@ Reduction ReadReduction(TomlReader t, const Robot& robot) {
       r.mantle.static_pressures_pa = t.Numbers("static_pressures", Quantity::kPressure, kPositive);
     }
   }
-  if (t.Has("thrust_pressures")) {
-    r.mantle.thrust_pressures_pa = t.Numbers("thrust_pressures", Quantity::kPressure, kNonNegative);
-  }
+  r.mantle.snapshots = t.Integer("snapshots", 0, 8, r.mantle.snapshots);
+  r.mantle.snapshot_time_s =
+      t.Number("snapshot_time", Quantity::kTime, kPositive, r.mantle.snapshot_time_s);
   r.mantle.cubature_tolerance =
       t.Number("cubature", Quantity::kNumber, Range{0, 0.5}, r.mantle.cubature_tolerance);
   r.mantle.lateral_slices = t.Integer("lateral_slices", 0, 100000, r.mantle.lateral_slices);
