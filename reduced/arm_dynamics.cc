@@ -116,11 +116,6 @@ ArmWork::ArmWork(const ReducedArm& arm)
     for (Matrix6X* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
   }
   for (Matrix6X* x : {&sum_columns, &sum_columns1, &sum_columns2}) x->setZero(6, arm.size());
-  const int m = arm.basis.groups()[0].columns;
-  for (Matrix6X* x : {&e, &e1, &e2, &tau, &tau1, &tau2, &fm, &fd, &fk, &ns, &uy, &uz, &sum_m,
-                      &sum_d, &sum_k, &row_y, &row_z}) {
-    x->setZero(6, m);
-  }
 }
 
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses) {

@@ -52,8 +52,6 @@ struct ArmWork {
   std::vector<VectorX> cable_gradient;  ///< dl/dq
   // Scratch of the linearisation.
   Matrix6X sum_columns, sum_columns1, sum_columns2;  ///< S, S', S'' summed over each group
-  Matrix6X e, e1, e2, tau, tau1, tau2, fm, fd, fk, ns, uy, uz;
-  Matrix6X sum_m, sum_d, sum_k, row_y, row_z;
 };
 
 /// Poses of the interval ends relative to the root, without dynamics; for lifting and outputs.
