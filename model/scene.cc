@@ -133,6 +133,9 @@ Scene ReadScene(const TomlValue& document, SceneContext* context) {
     ReadStatics(*statics, &scene.statics);
     scene.has_statics = true;
   }
+  if (auto reduced = root.OptionalTable("reduced")) {
+    scene.reduction = ReadReduction(*reduced, scene.robot);
+  }
   root.Finish();
   CheckScene(scene.robot, gravity_given, *context);
   return scene;

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "model/reduction.h"
 #include "model/robot.h"
 #include "model/simulation.h"
 #include "model/statics.h"
@@ -24,6 +25,7 @@ struct Scene {
   Robot robot;
   RunSettings run;
   StaticsSettings statics;
+  Reduction reduction;  ///< of the reduced model; defaults where the scene has no table [reduced]
   bool has_time{false};     ///< the scene has a table [time]: it is meant to be run
   bool has_statics{false};  ///< the scene has a table [statics]: it is meant to be solved
 };

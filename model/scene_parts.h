@@ -1,5 +1,6 @@
 #pragma once
 
+#include "model/reduction.h"
 #include "model/robot.h"
 #include "model/toml_reader.h"
 
@@ -34,6 +35,9 @@ Mantle ReadMantle(TomlReader table);
 void ReadMantleShape(TomlReader* mantle, Mantle* out);
 RigidBody ReadRigidBody(TomlReader table);
 Effects ReadEffects(TomlReader table);
+
+/// The table [reduced]; names of arms, cables, loads and strips are those of `robot`.
+Reduction ReadReduction(TomlReader table, const Robot& robot);
 
 /// Refuses effects, couplings and names that contradict each other or the bodies.
 void CheckScene(const Robot& robot, bool gravity_given, const SceneContext& context);

@@ -178,6 +178,44 @@ void Simulation::AccountStep(double h) {
   }
 }
 
+Sample ObserveState(const Plant& plant, const PlantState& state, const PlantWork& work,
+                    const VectorX& acceleration) {
+  const Vector3 current = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+  const Vector3 drift = current * state.time_s;
+  const auto pose = [&](Pose g) {
+    g.position += drift;
+    return g;
+  };
+  const auto twist = [&](Vector6 eta, const Pose& g) {
+    eta.tail<3>() += g.rotation.conjugate() * current;
+    return eta;
+  };
+  Sample s;
+  s.time_s = state.time_s;
+  s.root = pose(state.pose[0]);
+  s.root_twist = twist(state.velocity.head<6>(), state.pose[0]);
+  s.root_acceleration = acceleration.head<6>();
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    const int n = plant.rods[a].element_count();
+    const Pose tip = AbsolutePose(plant, state, a, n);
+    s.tips.push_back(pose(tip));
+    s.tip_twists.push_back(twist(AbsoluteTwist(plant, state, a, n), tip));
+  }
+  const SolidMotion solid = EvaluateSolidMotion(plant, state);
+  s.centre_of_mass_m = solid.centre_m + drift;
+  s.momentum = EvaluateMomentum(plant, state, work);
+  s.energies = EvaluateEnergies(plant, state, work);
+  s.energies.kinetic_solid_j +=
+      current.dot(solid.momentum_kg_m_s) + 0.5 * solid.mass_kg * current.squaredNorm();
+  s.volume_m3 = work.volume_m3;
+  s.volume_rate_m3_s = work.volume_rate_m3_s;
+  s.thrust_n = work.thrust_n;
+  s.cable_length_m = work.cable_length_m;
+  s.cable_rate_m_s = work.cable_rate_m_s;
+  s.cable_tension_n = work.cable_tension_n;
+  return s;
+}
+
 Sample Simulation::Observe() {
   EvaluateInputs(plant_, state_.time_s, false, &inputs_);
   if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, false, &inputs_);
@@ -187,44 +225,13 @@ Sample Simulation::Observe() {
   const EnergyAccount::Balance balance =
       probe_.EvaluateBalance(plant_, state_, work_, acceleration_);
   account_.worst_scale_w = std::max(account_.worst_scale_w, balance.scale_w);
-  Sample s;
+  const double energy_j = EvaluateEnergies(plant_, state_, work_).total();
+  Sample s = ObserveState(plant_, state_, work_, acceleration_);
+  account_.peak_energy_j = std::max(account_.peak_energy_j, energy_j);
   if (plant_.exact() && balance.scale_w > kNegligiblePower * account_.worst_scale_w) {
     s.power_balance_residual = std::abs(balance.residual_w) / balance.scale_w;
     account_.worst_balance = std::max(account_.worst_balance, s.power_balance_residual);
   }
-  const Vector3 current = plant_.robot.effects.current_m_s.value_or(Vector3::Zero());
-  const Vector3 drift = current * state_.time_s;
-  const auto pose = [&](Pose g) {
-    g.position += drift;
-    return g;
-  };
-  const auto twist = [&](Vector6 eta, const Pose& g) {
-    eta.tail<3>() += g.rotation.conjugate() * current;
-    return eta;
-  };
-  s.time_s = state_.time_s;
-  s.root = pose(state_.pose[0]);
-  s.root_twist = twist(state_.velocity.head<6>(), state_.pose[0]);
-  s.root_acceleration = acceleration_.head<6>();
-  for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
-    const int n = plant_.rods[a].element_count();
-    const Pose tip = AbsolutePose(plant_, state_, a, n);
-    s.tips.push_back(pose(tip));
-    s.tip_twists.push_back(twist(AbsoluteTwist(plant_, state_, a, n), tip));
-  }
-  const SolidMotion solid = EvaluateSolidMotion(plant_, state_);
-  s.centre_of_mass_m = solid.centre_m + drift;
-  s.momentum = EvaluateMomentum(plant_, state_, work_);
-  s.energies = EvaluateEnergies(plant_, state_, work_);
-  account_.peak_energy_j = std::max(account_.peak_energy_j, s.energies.total());
-  s.energies.kinetic_solid_j +=
-      current.dot(solid.momentum_kg_m_s) + 0.5 * solid.mass_kg * current.squaredNorm();
-  s.volume_m3 = work_.volume_m3;
-  s.volume_rate_m3_s = work_.volume_rate_m3_s;
-  s.thrust_n = work_.thrust_n;
-  s.cable_length_m = work_.cable_length_m;
-  s.cable_rate_m_s = work_.cable_rate_m_s;
-  s.cable_tension_n = work_.cable_tension_n;
   s.index_output_w = LockedPower(plant_, state_, work_, acceleration_.head<6>());
   s.index_input_w =
       std::max(probe_.stress_power_arms_w(), 0.0) + std::max(probe_.stress_power_mantle_w(), 0.0);

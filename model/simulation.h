@@ -43,6 +43,11 @@ struct Sample {
   double power_balance_residual{0};
 };
 
+/// Everything a sample says of a state whose forces and acceleration are known, but for the indices
+/// and the balance. Adds the current back.
+Sample ObserveState(const Plant& plant, const PlantState& state, const PlantWork& work,
+                    const VectorX& acceleration);
+
 /// The energetic index in every reading ([physics.md] 5), over all steps of the run.
 struct EnergeticIndex {
   double mean_of_ratio{0};           ///< time mean of W_o / W_i where W_i > 0

@@ -91,24 +91,13 @@ Vector6 PointWrenchAt(const ArmMotion& m, const ReducedPoint& p, double amplitud
 
 void EvaluateCables(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
   for (std::size_t c = 0; c < arm.cables.size(); ++c) {
-    double length = arm.cables[c].length_offset_m;
-    VectorX& gradient = work->cable_gradient[c];
-    gradient.setZero();
-    double rate = 0;
-    for (const CablePoint& p : arm.cables[c].points) {
-      const StrainGroup& group = arm.basis.groups()[p.group];
-      const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
-      Vector6 g;
-      const Vector6 d = p.reference + p.basis.lazyProduct(q);
-      length += CablePieceLength(p.piece, p.element, d, &g, nullptr);
-      gradient.segment(group.first, group.columns).noalias() += p.basis.transpose().lazyProduct(g);
-    }
-    for (int i = 0; i < gradient.size(); ++i) rate += gradient(i) * m.q_dot[i];
-    work->cable_length_m[c] = length;
-    work->cable_rate_m_s[c] = rate;
-    const double u = model::CableTension(m.cables[c], length, rate);
+    work->cable_tension_n[c] = 0.0;
+    if (!m.cables[c].reeled && m.cables[c].tension_n == 0.0) continue;
+    EvaluateCable(arm, m, static_cast<int>(c), work);
+    const double u =
+        model::CableTension(m.cables[c], work->cable_length_m[c], work->cable_rate_m_s[c]);
     work->cable_tension_n[c] = u;
-    if (u != 0.0) work->residual += u * gradient;
+    if (u != 0.0) work->residual += u * work->cable_gradient[c];
   }
 }
 
@@ -127,11 +116,6 @@ ArmWork::ArmWork(const ReducedArm& arm)
     for (Matrix6X* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
   }
   for (Matrix6X* x : {&sum_columns, &sum_columns1, &sum_columns2}) x->setZero(6, arm.size());
-  const int m = arm.basis.groups()[0].columns;
-  for (Matrix6X* x : {&e, &e1, &e2, &tau, &tau1, &tau2, &fm, &fd, &fk, &ns, &uy, &uz, &sum_m,
-                      &sum_d, &sum_k, &row_y, &row_z}) {
-    x->setZero(6, m);
-  }
 }
 
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses) {
@@ -144,6 +128,24 @@ void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>*
     h = h * model::ExpSE3(s.omega);
     (*poses)[l] = h;
   }
+}
+
+void EvaluateCable(const ReducedArm& arm, const ArmMotion& m, int c, ArmWork* work) {
+  double length = arm.cables[c].length_offset_m;
+  VectorX& gradient = work->cable_gradient[c];
+  gradient.setZero();
+  double rate = 0;
+  for (const CablePoint& p : arm.cables[c].points) {
+    const StrainGroup& group = arm.basis.groups()[p.group];
+    const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
+    Vector6 g;
+    const Vector6 d = p.reference + p.basis.lazyProduct(q);
+    length += CablePieceLength(p.piece, p.element, d, &g, nullptr);
+    gradient.segment(group.first, group.columns).noalias() += p.basis.transpose().lazyProduct(g);
+  }
+  for (int i = 0; i < gradient.size(); ++i) rate += gradient(i) * m.q_dot[i];
+  work->cable_length_m[c] = length;
+  work->cable_rate_m_s[c] = rate;
 }
 
 bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {

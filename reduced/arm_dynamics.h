@@ -52,12 +52,14 @@ struct ArmWork {
   std::vector<VectorX> cable_gradient;  ///< dl/dq
   // Scratch of the linearisation.
   Matrix6X sum_columns, sum_columns1, sum_columns2;  ///< S, S', S'' summed over each group
-  Matrix6X e, e1, e2, tau, tau1, tau2, fm, fd, fk, ns, uy, uz;
-  Matrix6X sum_m, sum_d, sum_k, row_y, row_z;
 };
 
 /// Poses of the interval ends relative to the root, without dynamics; for lifting and outputs.
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses);
+
+/// Length, rate and gradient of one cable. EvaluateArm does this for cables that are pulled or
+/// reeled; slack ones are evaluated where they are asked for.
+void EvaluateCable(const ReducedArm& arm, const ArmMotion& motion, int cable, ArmWork* work);
 
 /// Fills `work`; false where something is not finite.
 bool EvaluateArm(const ReducedArm& arm, const ArmMotion& motion, ArmWork* work);

@@ -109,85 +109,89 @@ void AddPoint(const ArmMotion& m, const ReducedPoint& point, double amplitude, c
   AddRotationForm(model::Hat(w.head<3>()), model::Hat(w.tail<3>()), r, p, -1.0, &out->rotation);
 }
 
-void ColumnsToRoot(const Matrix3& r, const Vector3& p, const Matrix6X& x, Matrix6X* y) {
-  for (int i = 0; i < x.cols(); ++i) {
-    const Vector3 a = r * x.col(i).head<3>();
-    y->col(i).head<3>() = a;
-    y->col(i).tail<3>().noalias() = r * x.col(i).tail<3>();
-    y->col(i).tail<3>() += p.cross(a);
-  }
+// Six rows, C columns; C may be Eigen::Dynamic (Legendre), then without heap.
+inline constexpr int kMostColumns = 6 * 13;
+template <int C>
+using Columns = Eigen::Matrix<double, 6, C, 0, 6, C == Eigen::Dynamic ? kMostColumns : C>;
+template <int C>
+Eigen::Map<Eigen::Matrix<double, 6, C>> As(Matrix6X& x) {
+  return Eigen::Map<Eigen::Matrix<double, 6, C>>(x.data(), 6, x.cols());
+}
+template <int C>
+Eigen::Map<const Eigen::Matrix<double, 6, C>> As(const Matrix6X& x) {
+  return Eigen::Map<const Eigen::Matrix<double, 6, C>>(x.data(), 6, x.cols());
 }
 
-void ApplyBlocks(const TangentBlocks& t, const Matrix6X& x, Matrix6X* y) {
-  for (int i = 0; i < x.cols(); ++i) y->col(i) = t.Times(x.col(i));
-}
-void AddBlocks(double scale, const TangentBlocks& t, const Matrix6X& x, Matrix6X* y) {
-  for (int i = 0; i < x.cols(); ++i) y->col(i) += scale * t.Times(x.col(i));
+Vector6 ToRoot(const Matrix3& r, const Vector3& p, const Vector6& x) {
+  Vector6 y;
+  y.head<3>().noalias() = r * x.head<3>();
+  y.tail<3>().noalias() = r * x.tail<3>();
+  y.tail<3>() += p.cross(y.head<3>());
+  return y;
 }
 
 // d xi1^ B2 - d xi2^ B1, the strain-dependent part of dOmega/dq for strains (a, b).
-void AddMagnus(const Interval& v, const Vector6& a, const Vector6& b, Matrix6X* e) {
+template <typename Matrix>
+void AddMagnus(const Interval& v, const Vector6& a, const Vector6& b, Matrix* e) {
   for (int i = 0; i < e->cols(); ++i) {
     e->col(i) +=
         v.kappa * (SmallAdjointTimes(a, v.basis2.col(i)) - SmallAdjointTimes(b, v.basis1.col(i)));
   }
 }
 
-// S, S', S'' of one interval; leaves dOmega/dq in work->e.
-void MakeColumns(const Interval& v, const StrainGroup& group, const ArmMotion& m, ArmWork* work,
+// S, S', S'' of one interval.
+template <int C>
+void MakeColumns(const Interval& v, const StrainGroup& group, const ArmMotion& m,
                  IntervalState* s) {
   EvaluateSecondTangent(s->coefficients, s->omega, s->omega_dot, s->omega_ddot, &s->jet);
-  work->e = v.basis;
+  Columns<C> e = As<C>(v.basis), e1, e2;
   if (v.magnus) {
     const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
     const Eigen::Map<const VectorX> q1(m.q_dot + group.first, group.columns);
     const Eigen::Map<const VectorX> q2(m.q_ddot + group.first, group.columns);
-    AddMagnus(v, v.rest1 + v.basis1 * q, v.rest2 + v.basis2 * q, &work->e);
-    work->e1.setZero();
-    work->e2.setZero();
-    AddMagnus(v, v.basis1 * q1, v.basis2 * q1, &work->e1);
-    AddMagnus(v, v.basis1 * q2, v.basis2 * q2, &work->e2);
+    AddMagnus(v, v.rest1 + v.basis1 * q, v.rest2 + v.basis2 * q, &e);
+    e1.setZero(6, group.columns);
+    e2.setZero(6, group.columns);
+    AddMagnus(v, v.basis1 * q1, v.basis2 * q1, &e1);
+    AddMagnus(v, v.basis1 * q2, v.basis2 * q2, &e2);
   }
-  ApplyBlocks(s->jet.value, work->e, &work->tau);
-  ApplyBlocks(s->jet.rate, work->e, &work->tau1);
-  ApplyBlocks(s->jet.second, work->e, &work->tau2);
-  if (v.magnus) {
-    AddBlocks(1.0, s->jet.value, work->e1, &work->tau1);
-    AddBlocks(2.0, s->jet.rate, work->e1, &work->tau2);
-    AddBlocks(1.0, s->jet.value, work->e2, &work->tau2);
-  }
-  ColumnsToRoot(s->rotation, s->position, work->tau, &s->columns);
-  ColumnsToRoot(s->rotation, s->position, work->tau1, &s->columns1);
-  ColumnsToRoot(s->rotation, s->position, work->tau2, &s->columns2);
-  for (int i = 0; i < s->columns.cols(); ++i) {
-    const Vector6 column = s->columns.col(i);
+  auto columns = As<C>(s->columns), columns1 = As<C>(s->columns1), columns2 = As<C>(s->columns2);
+  for (int i = 0; i < columns.cols(); ++i) {
+    const Vector6 x = e.col(i);
+    Vector6 tau1 = s->jet.rate.Times(x), tau2 = s->jet.second.Times(x);
+    if (v.magnus) {
+      const Vector6 x1 = e1.col(i);
+      tau1 += s->jet.value.Times(x1);
+      tau2 += 2.0 * s->jet.rate.Times(x1) + s->jet.value.Times(e2.col(i));
+    }
+    const Vector6 column = ToRoot(s->rotation, s->position, s->jet.value.Times(x));
+    const Vector6 first = ToRoot(s->rotation, s->position, tau1);
     const Vector6 turned = SmallAdjointTimes(s->twist, column);
-    s->columns2.col(i) += SmallAdjointTimes(s->twist, 2.0 * s->columns1.col(i) + turned) +
-                          SmallAdjointTimes(s->acceleration, column);
-    s->columns1.col(i) += turned;
+    columns.col(i) = column;
+    columns1.col(i) = first + turned;
+    columns2.col(i) = ToRoot(s->rotation, s->position, tau2) +
+                      SmallAdjointTimes(s->twist, 2.0 * first + turned) +
+                      SmallAdjointTimes(s->acceleration, column);
   }
 }
 
 // The local second derivative of the kinematics times the stress.
+template <int C, typename Block>
 void AddLocalStiffness(const Interval& v, const StrainGroup& group, const ArmMotion& m,
-                       const IntervalState& s, ArmWork* work,
-                       Eigen::Ref<Eigen::MatrixXd> stiffness) {
+                       const IntervalState& s, Block stiffness) {
   const Matrix6 g = TangentTransposeDerivative(s.coefficients, s.omega, s.body_wrench);
+  Columns<C> e = As<C>(v.basis), x;
   if (v.magnus) {
     const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
-    work->e = v.basis;
-    AddMagnus(v, v.rest1 + v.basis1 * q, v.rest2 + v.basis2 * q, &work->e);
+    AddMagnus(v, v.rest1 + v.basis1 * q, v.rest2 + v.basis2 * q, &e);
     const Matrix6 n = v.kappa * CoadjointMatrix(s.stress);
-    work->fk.noalias() = n.lazyProduct(v.basis1);
-    stiffness.noalias() += v.basis2.transpose().lazyProduct(work->fk);
-    work->fk.noalias() = n.lazyProduct(v.basis2);
-    stiffness.noalias() -= v.basis1.transpose().lazyProduct(work->fk);
-    work->fk.noalias() = g.lazyProduct(work->e);
-    stiffness.noalias() += work->e.transpose().lazyProduct(work->fk);
-    return;
+    x.noalias() = n.lazyProduct(v.basis1);
+    stiffness.noalias() += v.basis2.transpose().lazyProduct(x);
+    x.noalias() = n.lazyProduct(v.basis2);
+    stiffness.noalias() -= v.basis1.transpose().lazyProduct(x);
   }
-  work->fk.noalias() = g.lazyProduct(v.basis);
-  stiffness.noalias() += v.basis.transpose().lazyProduct(work->fk);
+  x.noalias() = g.lazyProduct(e);
+  stiffness.noalias() += e.transpose().lazyProduct(x);
 }
 
 void AddCables(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* work,
@@ -201,9 +205,10 @@ void AddCables(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* wo
       const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
       Matrix6 hessian;
       CablePieceLength(p.piece, p.element, p.reference + p.basis.lazyProduct(q), nullptr, &hessian);
-      work->fk.noalias() = (u * hessian).lazyProduct(p.basis);
+      hessian *= u;
+      Columns<Eigen::Dynamic> x = hessian.lazyProduct(p.basis);
       out->stiffness.block(first + group.first, first + group.first, group.columns, group.columns)
-          .noalias() += p.basis.transpose().lazyProduct(work->fk);
+          .noalias() += p.basis.transpose().lazyProduct(x);
     }
     const model::CableInput& in = m.cables[c];
     if (!in.reeled) continue;
@@ -229,10 +234,9 @@ void AddCables(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* wo
   }
 }
 
-}  // namespace
-
-void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* work,
-                  Linearisation* out) {
+template <int C>
+void LineariseColumns(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* work,
+                      Linearisation* out) {
   const int n = arm.size();
   const auto& groups = arm.basis.groups();
   out->stiffness.block(first, first, n, n) += arm.stiffness;
@@ -242,13 +246,14 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
     const Interval& v = arm.intervals[l];
     const StrainGroup& group = groups[v.group];
     IntervalState& s = work->at[l];
-    MakeColumns(v, group, m, work, &s);
+    MakeColumns<C>(v, group, m, &s);
     work->sum_columns.middleCols(group.first, group.columns) += s.columns;
     work->sum_columns1.middleCols(group.first, group.columns) += s.columns1;
     work->sum_columns2.middleCols(group.first, group.columns) += s.columns2;
   }
 
   Composite total;
+  Columns<C> fm, fd, fk, uy, uz, sum_m, sum_d, sum_k, row_y, row_z;
   const Matrix6 root_ad = model::SmallAdjoint(m.root_twist);
   for (int l = arm.dynamic_intervals - 1; l >= 0; --l) {
     const Interval& v = arm.intervals[l];
@@ -266,55 +271,55 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
     const bool last_of_group =
         l + 1 == arm.dynamic_intervals || arm.intervals[l + 1].group != v.group;
     if (last_of_group) {
-      for (Matrix6X* x : {&work->sum_m, &work->sum_d, &work->sum_k, &work->row_y, &work->row_z}) {
-        x->setZero();
-      }
+      for (Columns<C>* x : {&sum_m, &sum_d, &sum_k, &row_y, &row_z}) x->setZero(6, c);
     }
     // What lies before this interval in its group.
-    auto before = work->sum_columns.middleCols(group.first, c);
-    auto before1 = work->sum_columns1.middleCols(group.first, c);
-    auto before2 = work->sum_columns2.middleCols(group.first, c);
-    before -= s.columns;
-    before1 -= s.columns1;
-    before2 -= s.columns2;
+    const auto columns = As<C>(s.columns), columns1 = As<C>(s.columns1),
+               columns2 = As<C>(s.columns2);
+    auto before = work->sum_columns.middleCols<C>(group.first, c);
+    auto before1 = work->sum_columns1.middleCols<C>(group.first, c);
+    auto before2 = work->sum_columns2.middleCols<C>(group.first, c);
+    before -= columns;
+    before1 -= columns1;
+    before2 -= columns2;
 
-    AddLocalStiffness(v, group, m, s, work, out->stiffness.block(f, f, c, c));
-    work->fm.noalias() = total.inertia.lazyProduct(s.columns);
-    work->fd.noalias() = total.inertia.lazyProduct(s.columns1);
-    work->fd *= 2.0;
-    work->fd.noalias() += total.rate.lazyProduct(s.columns);
-    work->fk.noalias() = total.inertia.lazyProduct(s.columns2);
-    work->fk.noalias() += total.rate.lazyProduct(s.columns1);
-    work->uy.noalias() = total.rate.transpose().lazyProduct(s.columns);
+    AddLocalStiffness<C>(v, group, m, s, out->stiffness.block<C, C>(f, f, c, c));
+    fm.noalias() = total.inertia.lazyProduct(columns);
+    fd.noalias() = total.inertia.lazyProduct(columns1);
+    fd *= 2.0;
+    fd.noalias() += total.rate.lazyProduct(columns);
+    fk.noalias() = total.inertia.lazyProduct(columns2);
+    fk.noalias() += total.rate.lazyProduct(columns1);
+    uy.noalias() = total.rate.transpose().lazyProduct(columns);
     if (arm.needs_rotation) {
-      work->fk.noalias() += total.rotation.lazyProduct(s.columns);
-      work->uz.noalias() = total.rotation.transpose().lazyProduct(s.columns);
+      fk.noalias() += total.rotation.lazyProduct(columns);
+      uz.noalias() = total.rotation.transpose().lazyProduct(columns);
     }
-    auto mass = out->mass.block(f, f, c, c);
-    auto damping = out->damping.block(f, f, c, c);
-    auto stiffness = out->stiffness.block(f, f, c, c);
-    mass.noalias() += s.columns.transpose().lazyProduct(work->fm);
-    damping.noalias() += s.columns.transpose().lazyProduct(work->fd);
-    stiffness.noalias() += s.columns.transpose().lazyProduct(work->fk);
+    auto mass = out->mass.block<C, C>(f, f, c, c);
+    auto damping = out->damping.block<C, C>(f, f, c, c);
+    auto stiffness = out->stiffness.block<C, C>(f, f, c, c);
+    mass.noalias() += columns.transpose().lazyProduct(fm);
+    damping.noalias() += columns.transpose().lazyProduct(fd);
+    stiffness.noalias() += columns.transpose().lazyProduct(fk);
     // Tests before l feel the wrenches beyond turn with the section: -N(W) S.
     for (int i = 0; i < c; ++i) {
-      work->fk.col(i) -= model::CoadjointTimes(s.columns.col(i), s.wrench);
+      fk.col(i) -= model::CoadjointTimes(columns.col(i), s.wrench);
     }
-    mass.noalias() += before.transpose().lazyProduct(work->fm);
-    mass.noalias() += work->fm.transpose().lazyProduct(before);
-    damping.noalias() += before.transpose().lazyProduct(work->fd);
-    damping.noalias() += work->fm.transpose().lazyProduct(2.0 * before1);
-    damping.noalias() += work->uy.transpose().lazyProduct(before);
-    stiffness.noalias() += before.transpose().lazyProduct(work->fk);
-    stiffness.noalias() += work->fm.transpose().lazyProduct(before2);
-    stiffness.noalias() += work->uy.transpose().lazyProduct(before1);
-    work->sum_m += work->fm;
-    work->sum_d += work->fd;
-    work->sum_k += work->fk;
-    work->row_y += work->uy;
+    mass.noalias() += before.transpose().lazyProduct(fm);
+    mass.noalias() += fm.transpose().lazyProduct(before);
+    damping.noalias() += before.transpose().lazyProduct(fd);
+    damping.noalias() += fm.transpose().lazyProduct(2.0 * before1);
+    damping.noalias() += uy.transpose().lazyProduct(before);
+    stiffness.noalias() += before.transpose().lazyProduct(fk);
+    stiffness.noalias() += fm.transpose().lazyProduct(before2);
+    stiffness.noalias() += uy.transpose().lazyProduct(before1);
+    sum_m += fm;
+    sum_d += fd;
+    sum_k += fk;
+    row_y += uy;
     if (arm.needs_rotation) {
-      stiffness.noalias() += work->uz.transpose().lazyProduct(before);
-      work->row_z += work->uz;
+      stiffness.noalias() += uz.transpose().lazyProduct(before);
+      row_z += uz;
     }
     if (l > 0 && arm.intervals[l - 1].group == v.group) continue;
 
@@ -324,25 +329,29 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
       const auto s0 = work->sum_columns.leftCols(p);
       const auto s1 = work->sum_columns1.leftCols(p);
       const auto s2 = work->sum_columns2.leftCols(p);
-      out->mass.block(first, f, p, c).noalias() += s0.transpose().lazyProduct(work->sum_m);
-      out->mass.block(f, first, c, p).noalias() += work->sum_m.transpose().lazyProduct(s0);
-      out->damping.block(first, f, p, c).noalias() += s0.transpose().lazyProduct(work->sum_d);
-      auto low = out->damping.block(f, first, c, p);
-      low.noalias() += work->sum_m.transpose().lazyProduct(2.0 * s1);
-      low.noalias() += work->row_y.transpose().lazyProduct(s0);
-      out->stiffness.block(first, f, p, c).noalias() += s0.transpose().lazyProduct(work->sum_k);
-      auto k_low = out->stiffness.block(f, first, c, p);
-      k_low.noalias() += work->sum_m.transpose().lazyProduct(s2);
-      k_low.noalias() += work->row_y.transpose().lazyProduct(s1);
-      if (arm.needs_rotation) k_low.noalias() += work->row_z.transpose().lazyProduct(s0);
+      out->mass.block<Eigen::Dynamic, C>(first, f, p, c).noalias() +=
+          s0.transpose().lazyProduct(sum_m);
+      out->mass.block<C, Eigen::Dynamic>(f, first, c, p).noalias() +=
+          sum_m.transpose().lazyProduct(s0);
+      out->damping.block<Eigen::Dynamic, C>(first, f, p, c).noalias() +=
+          s0.transpose().lazyProduct(sum_d);
+      auto low = out->damping.block<C, Eigen::Dynamic>(f, first, c, p);
+      low.noalias() += sum_m.transpose().lazyProduct(2.0 * s1);
+      low.noalias() += row_y.transpose().lazyProduct(s0);
+      out->stiffness.block<Eigen::Dynamic, C>(first, f, p, c).noalias() +=
+          s0.transpose().lazyProduct(sum_k);
+      auto k_low = out->stiffness.block<C, Eigen::Dynamic>(f, first, c, p);
+      k_low.noalias() += sum_m.transpose().lazyProduct(s2);
+      k_low.noalias() += row_y.transpose().lazyProduct(s1);
+      if (arm.needs_rotation) k_low.noalias() += row_z.transpose().lazyProduct(s0);
     }
-    out->mass.block(0, f, 6, c) += work->sum_m;
-    out->mass.block(f, 0, c, 6) += work->sum_m.transpose();
-    out->damping.block(0, f, 6, c) += work->sum_d;
-    out->damping.block(f, 0, c, 6) += work->row_y.transpose();
-    out->damping.block(f, 0, c, 6).noalias() += work->sum_m.transpose().lazyProduct(root_ad);
-    out->stiffness.block(0, f, 6, c) += work->sum_k;
-    if (arm.needs_rotation) out->stiffness.block(f, 0, c, 6) += work->row_z.transpose();
+    out->mass.block<6, C>(0, f, 6, c) += sum_m;
+    out->mass.block<C, 6>(f, 0, c, 6) += sum_m.transpose();
+    out->damping.block<6, C>(0, f, 6, c) += sum_d;
+    out->damping.block<C, 6>(f, 0, c, 6) += row_y.transpose();
+    out->damping.block<C, 6>(f, 0, c, 6).noalias() += sum_m.transpose().lazyProduct(root_ad);
+    out->stiffness.block<6, C>(0, f, 6, c) += sum_k;
+    if (arm.needs_rotation) out->stiffness.block<C, 6>(f, 0, c, 6) += row_z.transpose();
   }
   const Matrix3 base = arm.mount.rotation.toRotationMatrix();
   if (arm.base_section >= 0) {
@@ -357,6 +366,28 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
   out->mass.topLeftCorner<6, 6>() += total.inertia;
   out->damping.topLeftCorner<6, 6>() += total.rate + total.inertia * root_ad;
   if (arm.needs_rotation) out->stiffness.topLeftCorner<6, 6>() += total.rotation;
+}
+
+}  // namespace
+
+void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* work,
+                  Linearisation* out) {
+  switch (arm.basis.groups()[0].columns) {
+    case 2:
+      LineariseColumns<2>(arm, m, first, work, out);
+      break;
+    case 3:
+      LineariseColumns<3>(arm, m, first, work, out);
+      break;
+    case 4:
+      LineariseColumns<4>(arm, m, first, work, out);
+      break;
+    case 6:
+      LineariseColumns<6>(arm, m, first, work, out);
+      break;
+    default:
+      LineariseColumns<Eigen::Dynamic>(arm, m, first, work, out);
+  }
   AddCables(arm, m, first, work, out);
 }
 

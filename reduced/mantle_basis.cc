@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "model/modes.h"
+#include "model/simulation.h"
 #include "model/statics.h"
 
 namespace mantle::reduced {
@@ -20,6 +23,7 @@ constexpr double kDependent = 1e-5;  // of a shape's norm left after orthogonali
 constexpr double kTrainingReach =
     1.2;  // equilibria are sought up to this share of the last pressure
 constexpr int kTrainingSteps = 6;
+constexpr double kSnapshotInterval_s = 0.01;
 constexpr double kModeAmplitude_m = 2e-3;  // of the wall: size of a mode that no equilibrium shows
 
 // The mantle alone, clamped, in vacuo but for its added mass, with every load switched off.
@@ -61,8 +65,7 @@ std::vector<Strip> DistinctStrips(const Plant& plant) {
   return out;
 }
 
-// Equilibrium minus reference, 3 per node; empty where there is none.
-std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, double pressure) {
+Robot Loaded(const Robot& unloaded, const Strip& strip, double pressure) {
   Robot robot = unloaded;
   if (strip.spokes) {
     auto& spokes = robot.mantle->spokes[strip.index];
@@ -71,7 +74,12 @@ std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, do
   } else {
     robot.mantle->strips[strip.index].pressure_pa = model::ConstantSchedule{pressure};
   }
-  const Plant plant(robot);
+  return robot;
+}
+
+// Equilibrium minus reference, 3 per node; empty where there is none.
+std::optional<VectorX> StaticShape(const Robot& unloaded, const Strip& strip, double pressure) {
+  const Plant plant(Loaded(unloaded, strip, pressure));
   const model::StaticsResult result = SolveStatics(plant, {});
   if (!result.ok) return std::nullopt;
   VectorX shape(3 * plant.shape_count());
@@ -85,6 +93,69 @@ VectorX NodalMass(const model::Shell& shell) {
   VectorX mass(3 * shell.node_count());
   for (int j = 0; j < shell.node_count(); ++j) mass.segment<3>(3 * j) = shell.nodes[j].inertia;
   return mass;
+}
+
+// Makes column i orthonormal in the mass to those before it (modified Gram-Schmidt, twice).
+void Orthonormalise(const VectorX& mass, int i, Eigen::MatrixXd* shapes) {
+  auto x = shapes->col(i);
+  const double norm = std::sqrt(x.dot(mass.cwiseProduct(x)));
+  for (int pass = 0; pass < 2; ++pass) {
+    for (int j = 0; j < i; ++j) {
+      const auto y = shapes->col(j);
+      x -= y * y.dot(mass.cwiseProduct(x));
+    }
+  }
+  const double left = std::sqrt(x.dot(mass.cwiseProduct(x)));
+  if (!(left > kDependent * norm)) {
+    throw BadRobot(
+        fmt::format("static_pressures: shape {} depends on the others ({:.2g} of it is "
+                    "left, must be > {:.0e})",
+                    i, left / norm, kDependent));
+  }
+  x /= left;
+}
+
+// Profiles minus the reference along a run of the plant, as far as it gets.
+std::vector<VectorX> RecordSnapshots(const Plant& plant, double duration_s) {
+  model::RunSettings settings;
+  settings.duration_s = duration_s;
+  settings.account_energy = false;
+  model::Simulation simulation(plant, settings);
+  std::vector<VectorX> out;
+  for (double t = kSnapshotInterval_s; t < duration_s + 0.5 * kSnapshotInterval_s;
+       t += kSnapshotInterval_s) {
+    if (!simulation.AdvanceTo(std::min(t, duration_s)).ok) break;
+    VectorX x(3 * plant.shape_count());
+    for (int j = 0; j < plant.shape_count(); ++j) {
+      x.segment<3>(3 * j) = simulation.state().shape[j] - plant.shell->reference[j];
+    }
+    out.push_back(std::move(x));
+  }
+  return out;
+}
+
+// Leading left singular vectors, in the mass, of what the first `column` shapes leave.
+void AddSnapshotShapes(const std::vector<VectorX>& snapshots, const VectorX& mass, int column,
+                       Eigen::MatrixXd* shapes) {
+  const int n = static_cast<int>(mass.size()), wanted = static_cast<int>(shapes->cols()) - column;
+  const VectorX root = mass.cwiseSqrt();
+  Eigen::MatrixXd x(n, snapshots.size());
+  for (std::size_t i = 0; i < snapshots.size(); ++i) {
+    VectorX s = snapshots[i];
+    for (int j = 0; j < column; ++j) {
+      s -= shapes->col(j) * shapes->col(j).dot(mass.cwiseProduct(s));
+    }
+    x.col(static_cast<int>(i)) = root.cwiseProduct(s);
+  }
+  Eigen::JacobiSVD<Eigen::MatrixXd> svd(x, Eigen::ComputeThinU);
+  if (svd.rank() < wanted) {
+    throw BadRobot(
+        fmt::format("snapshots = {}: the run shows only {} further shapes", wanted, svd.rank()));
+  }
+  for (int i = 0; i < wanted; ++i) {
+    shapes->col(column + i) = svd.matrixU().col(i).cwiseQuotient(root);
+    Orthonormalise(mass, column + i, shapes);
+  }
 }
 
 }  // namespace
@@ -107,7 +178,8 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
         "static_pressures: the mantle has no strip and no spokes to load; give an empty "
         "list and modes");
   }
-  const int statics = static_cast<int>(pressures.size() * strips.size());
+  const int statics =
+      static_cast<int>(pressures.size() * strips.size()) + std::max(reduction.snapshots, 0);
   const int k = modes + statics;
   int available = 0;
   for (const model::ShellNode& node : plant.shell->nodes) {
@@ -144,26 +216,17 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
       out.shapes.col(column++) = *shape;
     }
   }
-  for (int i = 0; i < k; ++i) {  // modified Gram-Schmidt, twice
-    auto x = out.shapes.col(i);
-    const double norm = std::sqrt(x.dot(mass.cwiseProduct(x)));
-    for (int pass = 0; pass < 2; ++pass) {
-      for (int j = 0; j < i; ++j) {
-        const auto y = out.shapes.col(j);
-        x -= y * y.dot(mass.cwiseProduct(x));
-      }
-    }
-    const double left = std::sqrt(x.dot(mass.cwiseProduct(x)));
-    if (!(left > kDependent * norm)) {
-      throw BadRobot(
-          fmt::format("static_pressures: shape {} depends on the others ({:.2g} of it is "
-                      "left, must be > {:.0e})",
-                      i, left / norm, kDependent));
-    }
-    x /= left;
+  for (int i = 0; i < column; ++i) Orthonormalise(mass, i, &out.shapes);
+  std::vector<VectorX> snapshots;
+  if (reduction.snapshots > 0) {
+    snapshots = RecordSnapshots(plant, reduction.snapshot_time_s);
+    AddSnapshotShapes(snapshots, mass, column, &out.shapes);
   }
   const double reach =
       pressures.empty() ? 325.0 : *std::max_element(pressures.begin(), pressures.end());
+  for (std::size_t i = 0; i < snapshots.size(); i += 4) {
+    out.equilibria.push_back(out.shapes.transpose() * mass.cwiseProduct(snapshots[i]));
+  }
   for (const Strip& strip : strips) {
     for (int i = 1; i <= kTrainingSteps; ++i) {
       const auto shape = StaticShape(alone, strip, kTrainingReach * reach * i / kTrainingSteps);

@@ -93,7 +93,8 @@ void LineariseRoot(const ReducedModel& model, const ReducedState& state, const P
   }
 }
 
-void AddCableColumn(const ReducedModel& model, const PlantInputs& inputs, const ReducedWork& work,
+void AddCableColumn(const ReducedModel& model, const ReducedState& state,
+                    const VectorX& acceleration, const PlantInputs& inputs, ReducedWork* work,
                     int cable, double gain, Eigen::Ref<VectorX> column) {
   const model::CableInput& in = inputs.cables[cable];
   const auto by_input = [&](double tension) {  // d tension / d input
@@ -104,21 +105,25 @@ void AddCableColumn(const ReducedModel& model, const PlantInputs& inputs, const 
     const int count = static_cast<int>(model.arms[a].cables.size());
     const int c = cable - model.plant.ArmCableIndex(a, 0);
     if (c < 0 || c >= count) continue;
+    if (!in.reeled && in.tension_n == 0.0) {
+      const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
+      EvaluateCable(model.arms[a], m, c, &work->arms[a]);
+    }
     column.segment(6 + model.arm_first(a), model.arms[a].size()) +=
-        gain * by_input(work.arms[a].cable_tension_n[c]) * work.arms[a].cable_gradient[c];
+        gain * by_input(work->arms[a].cable_tension_n[c]) * work->arms[a].cable_gradient[c];
     return;
   }
   const int k = cable - model.plant.SpokeIndex(0);
   column.segment(6 + model.mantle_first(), model.mantle->size) +=
-      gain * by_input(work.mantle[0].cable_tension_n[k]) * model.mantle->spokes[k].gradient;
+      gain * by_input(work->mantle[0].cable_tension_n[k]) * model.mantle->spokes[k].gradient;
 }
 
 void AddInputColumn(const ReducedModel& model, const ReducedState& state,
-                    const VectorX& acceleration, const PlantInputs& inputs, const ReducedWork& work,
+                    const VectorX& acceleration, const PlantInputs& inputs, ReducedWork* work,
                     const ActuatorTarget& t, Eigen::Ref<VectorX> column) {
   switch (t.kind) {
     case Kind::kCable:
-      AddCableColumn(model, inputs, work, t.index, t.gain, column);
+      AddCableColumn(model, state, acceleration, inputs, work, t.index, t.gain, column);
       return;
     case Kind::kDistributed:
     case Kind::kPoint: {
@@ -133,7 +138,7 @@ void AddInputColumn(const ReducedModel& model, const ReducedState& state,
         }
         const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
         const auto add = t.kind == Kind::kPoint ? AddPointColumn : AddDistributedColumn;
-        add(arm, m, work.arms[a], index, t.gain, 6 + model.arm_first(a), column);
+        add(arm, m, work->arms[a], index, t.gain, 6 + model.arm_first(a), column);
         return;
       }
       return;
@@ -144,7 +149,7 @@ void AddInputColumn(const ReducedModel& model, const ReducedState& state,
       return;
     case Kind::kNormalPressure:
       column.segment(6 + model.mantle_first(), model.mantle->size) -=
-          t.gain * work.mantle[0].values.value.segment(model.mantle->wall, model.mantle->size);
+          t.gain * work->mantle[0].values.value.segment(model.mantle->wall, model.mantle->size);
       return;
   }
 }
@@ -194,7 +199,7 @@ void Linearise(const ReducedModel& model, const ReducedState& state, const Vecto
   out->input.setZero();
   for (int i = 0; i < model.input_count(); ++i) {
     for (const ActuatorTarget& t : model.actuators[i].targets) {
-      AddInputColumn(model, state, acceleration, inputs, *work, t, out->input.col(i));
+      AddInputColumn(model, state, acceleration, inputs, work, t, out->input.col(i));
     }
   }
 }

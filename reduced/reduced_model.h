@@ -18,24 +18,9 @@
 
 namespace mantle::reduced {
 
-/// What one motor drives: the scene's cables, loads and strips, ganged with gains.
-struct ActuatorTarget {
-  enum class Kind { kCable, kDistributed, kPoint, kStrip, kNormalPressure };
-  Kind kind{Kind::kCable};
-  int index{0};  ///< into the PlantInputs' list of that kind
-  double gain{1};
-};
-struct Actuator {
-  std::string name;
-  std::vector<ActuatorTarget> targets;
-};
-
-struct Reduction {
-  std::vector<ArmReduction> arms{ArmReduction{}};  ///< one per arm, or one for all
-  MantleReduction mantle;
-  /// Empty: one per cable, distributed load and strip, in the plant's order.
-  std::vector<Actuator> actuators;
-};
+using model::Actuator;
+using model::ActuatorTarget;
+using model::Reduction;
 
 struct ReducedState {
   double time_s{0};

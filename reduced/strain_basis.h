@@ -1,9 +1,8 @@
 #pragma once
 
-#include <array>
-#include <string>
 #include <vector>
 
+#include "model/reduction.h"
 #include "model/robot.h"
 
 /// Strain of an arm from generalised coordinates ([physics.md] 8):
@@ -18,27 +17,10 @@ namespace mantle::reduced {
 
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-enum class BasisKind { kConstant, kLegendre };
-enum class SectionRule {
-  kGaussRadau,     ///< default: points per segment, one at its end
-  kGaussLegendre,  ///< points per segment
-  kPlantNodes      ///< the plant's own nodes and lumped masses: same semi-discrete arm
-};
-
-inline constexpr std::array<bool, 6> kBending = {false, true, true, false, false, false};
-inline constexpr std::array<bool, 6> kBendingTorsion = {true, true, true, false, false, false};
-inline constexpr std::array<bool, 6> kFourStrains = {true, true, true, true, false, false};
-inline constexpr std::array<bool, 6> kSixStrains = {true, true, true, true, true, true};
-
-struct ArmReduction {
-  BasisKind basis{BasisKind::kConstant};
-  int segments{4};                     ///< constant: equal segments, unless ends are given
-  std::vector<double> segment_ends_m;  ///< ascending, the last one the arm's length
-  int degree{3};                       ///< Legendre
-  std::array<bool, 6> strains{kFourStrains};
-  SectionRule rule{SectionRule::kGaussRadau};
-  int points{3};  ///< per segment; for Legendre, per piece of 1/(degree + 1) of the arm
-};
+using model::ArmReduction;
+using model::BasisKind;
+using model::kSixStrains;
+using model::SectionRule;
 
 struct StrainGroup {
   double from_m, to_m;

@@ -9,6 +9,7 @@
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
+#include "tools/mantle/reduced_run.h"
 #include "tools/mantle/run_checkpoint.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/summary.h"
@@ -23,6 +24,7 @@ constexpr const char* kHelp =
     "  mantle run scenes/paper.toml --out results\n"
     "  mantle run scenes/paper.toml --set time.step=0.002 --set time.integrator=sdirk3\n"
     "  mantle run scenes/paper.toml --json | python3 -m json.tool\n"
+    "  mantle run scenes/paper.toml --model reduced\n"
     "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
     "  mantle run scenes/paper.toml --out r --resume r/checkpoint\n\n"
     "Exit status 0: done. 2: bad input, nothing written. 3: the run could not go on; what it "
@@ -34,6 +36,7 @@ struct RunOptions {
   double checkpoint_every_s{std::numeric_limits<double>::infinity()};
   double stop_at_s{std::numeric_limits<double>::infinity()};
   std::string resume;
+  std::string model{"full"};
 };
 
 double Seconds(std::chrono::steady_clock::duration d) {
@@ -212,7 +215,21 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
                    "Stop at the first sample at or after this simulated time, with a checkpoint")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
-  command->callback([&exit_status] { exit_status = RunJob(options).Execute(); });
+  command
+      ->add_option("--model", options.model,
+                   "full: the plant; reduced: the reduced model of the scene's table [reduced]")
+      ->check(CLI::IsMember({"full", "reduced"}));
+  command->callback([&exit_status] {
+    if (options.model == "full") {
+      exit_status = RunJob(options).Execute();
+      return;
+    }
+    if (std::isfinite(options.checkpoint_every_s) || std::isfinite(options.stop_at_s) ||
+        !options.resume.empty()) {
+      throw BadInput("--model reduced: has no checkpoints");
+    }
+    exit_status = RunReducedScene(options.scene);
+  });
 }
 
 }  // namespace mantle::tools

@@ -21,6 +21,8 @@ struct BadInput : std::runtime_error {
 
 /// `mantle run`: a scene in time.
 void AddRunCommand(CLI::App& app, int& exit_status);
+/// `mantle compare`: the full and the reduced model side by side.
+void AddCompareCommand(CLI::App& app, int& exit_status);
 /// `mantle static`: a scene's equilibrium.
 void AddStaticCommand(CLI::App& app, int& exit_status);
 /// `mantle check`: what is active and what it will cost.

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", MANTLE_VERSION);
   int exit_status = 0;
   AddRunCommand(app, exit_status);
+  AddCompareCommand(app, exit_status);
   AddStaticCommand(app, exit_status);
   AddCheckCommand(app, exit_status);
   AddBusCommand(app, exit_status);

@@ -1,0 +1,84 @@
+#pragma once
+
+#include <Eigen/LU>
+#include <array>
+
+#include "reduced/reduced_model.h"
+
+/// One step of the reduced model, and its exact derivatives.
+///
+/// Singly diagonally implicit Runge-Kutta in the chart g exp(theta^) of the step's start, as the
+/// plant's stepper: with y = (theta, q - q_0), sigma = 1/(gamma h), each stage solves
+///
+///   R(g_0 exp(theta), q, v, a) = 0,   y_dot = sigma (y - y_known),   v = (Jr(theta) theta_dot,
+///   q_dot), a = sigma (v - v_known)
+/// for y by Newton's method. SDIRK2 (two stages, order 2) and backward Euler, both L-stable and
+/// stiffly accurate. With K, D, M of reduced_model.h, H_g = diag(Jr, I) and H_v = dv/dy the matrix
+/// is A = K H_g + (D + sigma M) H_v, and the implicit function theorem at the converged stages
+/// gives the derivatives of the end state in the start state (root in body increments: 2 n
+/// columns), in the inputs held over the step, and in h.
+
+namespace mantle::reduced {
+
+using model::StepScheme;
+
+struct StepSettings {
+  StepScheme scheme{StepScheme::kSdirk2};
+  /// Newton stops where the remaining error of an increment is below this: in rad and body lengths
+  /// for the root, rad per length and strains times the length for arms, and shares of the
+  /// coordinate's scale for the mantle.
+  double tolerance{1e-9};
+  int max_iterations{25};
+};
+
+struct StepOutcome {
+  bool ok{true};
+  const char* body{nullptr};  ///< static life
+  const char* cause{nullptr};
+  int iterations{0};
+};
+
+/// d(end state)/d(...), rows (zeta, q, v) of the end state: zeta in the body frame of its root.
+struct StepJacobian {
+  explicit StepJacobian(const ReducedModel& model);
+  Eigen::MatrixXd state;  ///< 2n x 2n
+  Eigen::MatrixXd input;  ///< 2n x inputs
+  VectorX step;           ///< by h; inputs are held
+};
+
+/// Everything a step needs, allocated by the constructor; nothing in it is carried from one step to
+/// the next.
+class StepWork {
+ public:
+  explicit StepWork(const ReducedModel& model);
+
+ private:
+  friend class StepSolver;
+  struct Stage {
+    VectorX y, y_known, y_rate, v_known, acceleration;
+    ReducedState state;
+    Matrix6 jr, jr_rate;                  ///< Jr(theta), d(Jr(theta) theta_dot)/d theta
+    Eigen::MatrixXd y_by, rate_by, v_by;  ///< d(y, y_rate, v)/d(start, u, h)
+  };
+  std::array<Stage, 2> stages_;
+  ReducedWork evaluation_;
+  ReducedJacobians jacobians_;
+  Eigen::MatrixXd matrix_, rhs_, known_, weighted_;
+  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
+  VectorX scale_, increment_, permuted_, last_, norms_;
+  Eigen::MatrixXd steps_;  ///< of Broyden's method, scaled
+  Matrix6X root_rows_;
+};
+
+/// Advances `from` by h seconds with the inputs at the stages (first stage at gamma h, or all at
+/// the end), into `to`; fills `jacobian` where it is not null, for inputs that change equally at
+/// both stages. On failure `to` is not a state. No allocation.
+StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, double h,
+                     const ReducedState& from, const model::PlantInputs& first,
+                     const model::PlantInputs& last, StepWork* work, ReducedState* to,
+                     StepJacobian* jacobian);
+
+/// Fraction of the step at which the first stage's inputs are taken (the last stage's: 1).
+double FirstStageTime(StepScheme scheme);
+
+}  // namespace mantle::reduced

@@ -1,0 +1,120 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+
+#include "tools/mantle/interrupt.h"
+#include "tools/mantle/output_folder.h"
+#include "tools/mantle/progress.h"
+#include "tools/mantle/reduced_run.h"
+#include "tools/mantle/trajectory.h"
+
+namespace mantle::tools {
+namespace {
+
+constexpr const char* kHelp =
+    "Run a scene with the full and with the reduced model and compare them (docs/reduced.md).\n\n"
+    "  mantle compare scenes/paper.toml --out results\n"
+    "  mantle compare scenes/paper.toml --set reduced.segments=3 --set reduced.strains=six\n\n"
+    "Writes summary.json (fields reduced_error_*, lengths relative to the body length), full.csv\n"
+    "and reduced.csv. Exit status 0: done. 2: bad input. 3: one of the runs could not go on.";
+
+using Clock = std::chrono::steady_clock;
+double Since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+struct Recorded {
+  std::vector<model::Sample> samples;
+  model::RunResult result;
+  double wall_s{0};
+};
+
+template <typename Simulation>
+Recorded Record(Simulation* simulation, double duration_s) {
+  Recorded out;
+  Progress progress(0.0, duration_s, "s", true);
+  const auto begin = Clock::now();
+  out.result = simulation->Run([&](const model::Sample& sample) {
+    progress.Update(sample.time_s);
+    out.samples.push_back(sample);
+    return !Interrupted();
+  });
+  out.wall_s = Since(begin);
+  progress.Finish();
+  return out;
+}
+
+int Compare(const SceneOptions& options) {
+  model::Scene scene = options.Load();
+  if (!scene.has_time) {
+    throw model::BadScene(options.scene_file +
+                          ": time: table is missing: `mantle compare` needs [time] with `duration` "
+                          "> 0 s");
+  }
+  // An output interval shorter than the plant's step would sample each at its own steps.
+  scene.run.step_s = std::min(scene.run.step_s, 0.5 * scene.run.output_interval_s);
+  const auto small = BuildReduced(options, scene);
+  const std::filesystem::path folder = options.OutputFolder(scene);
+  PrepareFolder(folder);
+  RemoveOldResults(folder, {"summary.json", "full.csv", "reduced.csv"});
+  CatchInterrupts();
+  reduced::ReducedSimulation fast(*small, reduced::RunSettingsOf(scene.run, scene.reduction));
+  const Recorded quick = Record(&fast, scene.run.duration_s);
+  auto plant = InScene(
+      options, [&] { return std::make_unique<model::Simulation>(small->plant, scene.run); });
+  const Recorded full = Record(plant.get(), scene.run.duration_s);
+
+  for (const auto& [name, run] : {std::pair{"full.csv", &full}, std::pair{"reduced.csv", &quick}}) {
+    OutputFile file(folder, name, TrajectoryTitles(small->plant));
+    for (const model::Sample& s : run->samples) file.Write(TrajectoryRow(small->plant, s));
+    file.Publish();
+  }
+  Json summary;
+  summary["scene"] = scene.name;
+  summary["sim_time_s"] = std::min(full.result.sim_time_s, quick.result.sim_time_s);
+  summary["body_length_m"] = small->plant.body_length_m;
+  summary.update(ReducedErrors(small->plant, full.samples, quick.samples));
+  summary["full"] = {{"wall_time_s", full.wall_s},
+                     {"steps", full.result.counters.steps},
+                     {"ok", full.result.ok},
+                     {"reason", full.result.reason}};
+  summary["reduced"] = ReductionSummary(scene, *small);
+  summary["reduced"]["wall_time_s"] = quick.wall_s;
+  summary["reduced"]["steps"] = quick.result.counters.steps;
+  summary["reduced"]["rejected_steps"] = quick.result.counters.rejected;
+  summary["reduced"]["ok"] = quick.result.ok;
+  summary["reduced"]["reason"] = quick.result.reason;
+  WriteWhole(folder, "summary.json", summary.dump(2) + "\n");
+  if (options.json) {
+    fmt::print("{}\n", summary.dump(2));
+  } else {
+    fmt::print("{}: reduced model with {} states against the full one with {}\n", scene.name,
+               2 * small->velocity_count(), 2 * small->plant.velocity_size());
+    for (const auto& [key, value] : summary.items()) {
+      if (key.rfind("reduced_error_", 0) == 0)
+        fmt::print("  {:40} {:.3e}\n", key, value.get<double>());
+    }
+    fmt::print("  results in {}\n", folder.string());
+  }
+  std::fflush(stdout);
+  if (full.result.ok && quick.result.ok && !Interrupted()) return 0;
+  fmt::print(stderr, "mantle: {}: {}\n", scene.name,
+             Interrupted()    ? "interrupted"
+             : full.result.ok ? "reduced model: " + quick.result.reason
+                              : "full model: " + full.result.reason);
+  return kExitCannotContinue;
+}
+
+}  // namespace
+
+void AddCompareCommand(CLI::App& app, int& exit_status) {
+  CLI::App* command = app.add_subcommand("compare", kHelp);
+  static SceneOptions options;
+  AddSceneOptions(command, &options);
+  AddOutOption(command, &options);
+  command->callback([&exit_status] { exit_status = Compare(options); });
+}
+
+}  // namespace mantle::tools

@@ -1,0 +1,174 @@
+#include "tools/mantle/reduced_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include "tools/mantle/interrupt.h"
+#include "tools/mantle/output_folder.h"
+#include "tools/mantle/progress.h"
+#include "tools/mantle/trajectory.h"
+
+namespace mantle::tools {
+namespace {
+
+using model::Sample;
+
+constexpr double kSameTime_s = 1e-9;
+
+struct Extremes {
+  double max{0}, last{0};
+  void Add(double x) {
+    max = std::max(max, x);
+    last = x;
+  }
+};
+
+// Angle between two directions e3.
+double HeadingDifference(const model::Pose& a, const model::Pose& b) {
+  const model::Vector3 e3 = model::Vector3::UnitZ();
+  const model::Vector3 x = a.rotation * e3, y = b.rotation * e3;
+  return std::atan2(x.cross(y).norm(), x.dot(y));
+}
+
+}  // namespace
+
+std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
+                                                    const model::Scene& scene) {
+  return InScene(options, [&] {
+    return std::make_unique<reduced::ReducedModel>(scene.robot, scene.reduction);
+  });
+}
+
+Json ReductionSummary(const model::Scene& scene, const reduced::ReducedModel& model) {
+  Json j;
+  j["coordinates"] = model.coordinate_count();
+  j["states"] = 2 * model.velocity_count();
+  j["inputs"] = Json::array();
+  for (const auto& actuator : model.actuators) j["inputs"].push_back(actuator.name);
+  j["arms"] = Json::object();
+  for (std::size_t a = 0; a < model.arms.size(); ++a) {
+    j["arms"][model.plant.rods[a].name] = {{"coordinates", model.arms[a].size()},
+                                           {"groups", model.arms[a].basis.groups().size()},
+                                           {"sections", model.arms[a].sections.size()}};
+  }
+  if (model.mantle) {
+    j["mantle"] = {{"coordinates", model.mantle->size},
+                   {"elements_evaluated", model.mantle->elements.size()},
+                   {"cubature_residual", model.mantle->cubature_residual}};
+  }
+  j["step_s"] = scene.reduction.step_s;
+  j["integrator"] =
+      scene.reduction.scheme == model::StepScheme::kSdirk2 ? "sdirk2" : "backward_euler";
+  return j;
+}
+
+int RunReducedScene(const SceneOptions& options) {
+  const model::Scene scene = options.Load();
+  if (!scene.has_time) {
+    throw model::BadScene(options.scene_file +
+                          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 "
+                          "s");
+  }
+  const auto model = BuildReduced(options, scene);
+  reduced::ReducedSimulation simulation(*model, reduced::RunSettingsOf(scene.run, scene.reduction));
+  const std::filesystem::path folder = options.OutputFolder(scene);
+  PrepareFolder(folder);
+  RemoveOldResults(folder, {"summary.json", "trajectory.csv"});
+  OutputFile trajectory(folder, "trajectory.csv", TrajectoryTitles(model->plant));
+  VolumeRange volume;
+  CatchInterrupts();
+  Progress progress(0.0, scene.run.duration_s, "s", true);
+  const auto begin = std::chrono::steady_clock::now();
+  const model::RunResult result = simulation.Run([&](const Sample& sample) {
+    progress.Update(sample.time_s);
+    trajectory.Write(TrajectoryRow(model->plant, sample));
+    if (model->plant.shell) volume.Add(sample.volume_m3);
+    return !Interrupted();
+  });
+  const double wall_s =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  progress.Finish();
+  const bool complete = result.ok && result.sim_time_s >= scene.run.duration_s - kSameTime_s;
+  const std::string reason = result.ok && !complete ? "interrupted" : result.reason;
+  Json summary = RunSummary({&scene, &model->plant, &result, volume, options.overrides, wall_s,
+                             result.sim_time_s, complete, reason});
+  summary["model"] = "reduced";
+  summary["reduced"] = ReductionSummary(scene, *model);
+  for (const char* key :
+       {"power_balance_residual", "energy_drift", "work_j", "dissipated_j", "energetic_index"}) {
+    if (summary.contains(key)) summary[key] = nullptr;
+  }
+  OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
+  if (complete) {
+    trajectory.Publish();
+    file.Publish();
+  } else {
+    trajectory.Flush();
+    file.Flush();
+  }
+  if (options.json) {
+    fmt::print("{}\n", summary.dump(2));
+  } else if (complete) {
+    fmt::print(
+        "{} (reduced, {} states): {:.6g} s simulated in {:.3g} s ({:.0f}x real time), {} "
+        "steps, {} rejected; results in {}\n",
+        scene.name, 2 * model->velocity_count(), result.sim_time_s, wall_s,
+        result.sim_time_s / wall_s, result.counters.steps, result.counters.rejected,
+        folder.string());
+  }
+  std::fflush(stdout);
+  if (complete) return 0;
+  fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene.name, reason,
+             result.sim_time_s, folder.string());
+  return kExitCannotContinue;
+}
+
+Json ReducedErrors(const model::Plant& plant, const std::vector<Sample>& full,
+                   const std::vector<Sample>& reduced) {
+  Extremes root, heading, tip, centre, volume, energy, speed;
+  double change = 0, peak = 0, fastest = 0;
+  for (const Sample& s : full) {
+    change = std::max(change, std::abs(s.volume_m3 - full.front().volume_m3));
+    peak = std::max(peak, s.energies.total());
+    fastest = std::max(fastest, s.root_twist.tail<3>().norm());
+  }
+  const double length = plant.body_length_m;
+  for (std::size_t i = 0; i < std::min(full.size(), reduced.size()); ++i) {
+    const Sample &f = full[i], &r = reduced[i];
+    root.Add((f.root.position - r.root.position).norm() / length);
+    centre.Add((f.centre_of_mass_m - r.centre_of_mass_m).norm() / length);
+    heading.Add(HeadingDifference(f.root, r.root));
+    double worst = 0;
+    for (std::size_t a = 0; a < f.tips.size(); ++a) {
+      worst = std::max(worst, (f.tips[a].position - r.tips[a].position).norm());
+    }
+    tip.Add(worst / length);
+    if (change > 0) volume.Add(std::abs(f.volume_m3 - r.volume_m3) / change);
+    if (peak > 0) energy.Add(std::abs(f.energies.total() - r.energies.total()) / peak);
+    if (fastest > 0) {
+      speed.Add(
+          (f.root.rotation * f.root_twist.tail<3>() - r.root.rotation * r.root_twist.tail<3>())
+              .norm() /
+          fastest);
+    }
+  }
+  Json j;
+  const auto add = [&](const char* name, const Extremes& e) {
+    j[std::string("reduced_error_") + name] = e.max;
+    j[std::string("reduced_error_") + name + "_final"] = e.last;
+  };
+  add("root", root);
+  add("centre_of_mass", centre);
+  add("heading_rad", heading);
+  add("speed", speed);
+  add("energy", energy);
+  if (!plant.rods.empty()) add("tip", tip);
+  if (plant.shell) add("volume", volume);
+  return j;
+}
+
+}  // namespace mantle::tools
