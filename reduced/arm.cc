@@ -195,12 +195,6 @@ ReducedArm MakeReducedArm(const model::Plant& plant, int a, const ArmReduction& 
     out.loads.push_back(load);
   }
   for (const auto& d : rod.distributed) {
-    if (plant.root_free() && model::IsInternal(d.load)) {
-      throw BadRobot(fmt::format("distributed.{}: frame = \"body\" on a free root: the reduced model "
-                                 "does not carry an actuator's reaction to the root yet; use cables, "
-                                 "or a clamped root",
-                                 d.name));
-    }
     out.distributed.push_back(d.load);
     out.needs_rotation |= d.load.frame == model::LoadFrame::kWorld;
   }

@@ -65,7 +65,7 @@ model::SectionMotion MotionOf(const ReducedArm& arm, const ArmMotion& m, const M
 // Inertia minus loads of a section at (rotation, position), in the root frame.
 Vector6 SectionWrench(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
                       const Matrix3& rotation, const Vector3& position, const Vector6& twist,
-                      const Vector6& acceleration) {
+                      const Vector6& acceleration, Vector6* internal) {
   const Vector6 eta = FromRoot(rotation, position, twist);
   const Vector6 inertia = node.FullInertia();
   Vector6 w = inertia.cwiseProduct(FromRoot(rotation, position, acceleration));
@@ -78,7 +78,10 @@ Vector6 SectionWrench(const ReducedArm& arm, const ArmMotion& m, const model::Ro
   }
   for (std::size_t k = 0; k < arm.distributed.size(); ++k) {
     if (m.distributed[k] == 0.0) continue;
-    w -= (node.weight_m * m.distributed[k]) * arm.distributed[k].Density(node.section, motion);
+    const Vector6 load =
+        (node.weight_m * m.distributed[k]) * arm.distributed[k].Density(node.section, motion);
+    w -= load;
+    if (IsInternal(arm.distributed[k])) *internal += WrenchToRoot(rotation, position, load);
   }
   return WrenchToRoot(rotation, position, w);
 }
@@ -153,9 +156,15 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
   Vector3 position = arm.mount.position;
   Vector6 twist = m.root_twist, acceleration = m.root_acceleration;
   work->base_wrench.setZero();
+  Vector6 internal = Vector6::Zero();
+  work->has_internal = false;
+  for (std::size_t k = 0; k < arm.distributed.size(); ++k) {
+    work->has_internal |= m.distributed[k] != 0.0 && IsInternal(arm.distributed[k]);
+  }
   if (arm.base_section >= 0) {
     work->base_wrench = SectionWrench(arm, m, arm.sections[arm.base_section], rotation, position,
-                                      twist, acceleration);
+                                      twist, acceleration, &internal);
+    work->base_wrench += internal;
   }
   for (int l = 0; l < arm.dynamic_intervals; ++l) {
     const Interval& v = arm.intervals[l];
@@ -173,9 +182,10 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
     acceleration += SmallAdjointTimes(twist, moved);
     s.twist = twist;
     s.acceleration = acceleration;
+    s.internal.setZero();
     if (v.section >= 0) {
-      s.own_wrench =
-          SectionWrench(arm, m, arm.sections[v.section], rotation, position, twist, acceleration);
+      s.own_wrench = SectionWrench(arm, m, arm.sections[v.section], rotation, position, twist,
+                                   acceleration, &s.internal);
     } else {
       s.own_wrench.setZero();
     }
@@ -216,6 +226,9 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
     }
   }
   work->base_wrench += sum;
+  if (work->has_internal) {
+    for (int l = 0; l < arm.dynamic_intervals; ++l) work->base_wrench += work->at[l].internal;
+  }
   EvaluateCables(arm, m, work);
   return work->residual.allFinite() && work->base_wrench.allFinite();
 }

@@ -253,6 +253,7 @@ void LineariseColumns(const ReducedArm& arm, const ArmMotion& m, int first, ArmW
   }
 
   Composite total;
+  Vector6 internal = Vector6::Zero();
   Columns<C> fm, fd, fk, uy, uz, sum_m, sum_d, sum_k, row_y, row_z;
   const Matrix6 root_ad = model::SmallAdjoint(m.root_twist);
   for (int l = arm.dynamic_intervals - 1; l >= 0; --l) {
@@ -260,6 +261,13 @@ void LineariseColumns(const ReducedArm& arm, const ArmMotion& m, int first, ArmW
     const StrainGroup& group = groups[v.group];
     const int c = group.columns, f = first + group.first;
     const IntervalState& s = work->at[l];
+    if (work->has_internal) {  // the root does not feel these: nor does their turning with S
+      internal += s.internal;
+      for (int i = 0; i < c; ++i) {
+        out->stiffness.block<6, C>(0, f, 6, c).col(i) -=
+            model::CoadjointTimes(s.columns.col(i), internal);
+      }
+    }
     if (v.section >= 0) {
       AddSection(arm, m, arm.sections[v.section], s.rotation, s.position, s.twist, &total);
     }
@@ -410,6 +418,7 @@ void AddDistributedColumn(const ReducedArm& arm, const ArmMotion& m, const ArmWo
     column.segment(first + group.first, group.columns).noalias() +=
         s.columns.transpose().lazyProduct(sum);
   }
+  if (IsInternal(arm.distributed[load])) return;
   if (arm.base_section >= 0) {
     add(arm.sections[arm.base_section], arm.mount.rotation.toRotationMatrix(), arm.mount.position);
   }

@@ -34,8 +34,11 @@ inline model::Robot ControlRobot(int arm_elements = 20, int mantle_elements = 48
   torque.name = "torque";
   torque.direction << 0, 0, 0.05, 0, 0, 0;
   torque.tip = 0;
-  torque.frame = model::LoadFrame::kWorld;  // a follower's reaction on a free root is refused
-  robot.arms[0].distributed = {torque};
+  model::DistributedWrench pull = torque;  // dead: external
+  pull.name = "pull";
+  pull.direction << 0.01, 0, 0, 0, 0.1, 0;
+  pull.frame = model::LoadFrame::kWorld;
+  robot.arms[0].distributed = {torque, pull};
   robot.effects = EveryEffect();
   robot.rigid_body = model::RigidBody{"cone", model::Cone{0.015, 0.112, 1300.0}};
   robot.arms[0].material.density_kg_m3 = 1100;
