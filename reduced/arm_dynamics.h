@@ -35,8 +35,9 @@ struct IntervalState {
   TangentCoefficients coefficients;
   Matrix3 rotation;  ///< of h_k
   Vector3 position;
-  Vector6 twist, acceleration;           ///< V_k, A_k
-  Vector6 own_wrench;                    ///< w_k
+  Vector6 twist, acceleration;  ///< V_k, A_k
+  Vector6 own_wrench;           ///< w_k
+  Vector6 internal;  ///< of it, loads whose reaction the root carries (model::IsInternal)
   Vector6 wrench, body_wrench;           ///< W_k, and in the frame of the interval's end
   Vector6 stress;                        ///< T_k^T body_wrench, conjugate to Omega_k
   Matrix6X columns, columns1, columns2;  ///< S, S', S''
@@ -48,6 +49,7 @@ struct ArmWork {
   std::vector<IntervalState> at;
   Vector6 base_wrench;  ///< of the base section, and (after the call) the total on the root
   VectorX residual;     ///< R_q
+  bool has_internal{false};
   std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
   std::vector<VectorX> cable_gradient;  ///< dl/dq
   // Scratch of the linearisation.
