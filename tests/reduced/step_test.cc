@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include "model/simulation.h"
-#include "reduced/projection.h"
+#include "reduced/simulation.h"
 #include "tests/reduced/reduced_robots.h"
 #include "tests/support/gradient_checker.h"
 
@@ -97,9 +99,202 @@ INSTANTIATE_TEST_SUITE_P(Schemes, StepDerivatives,
                          });
 
 TEST(Step, SameMotionAsPlantWithAsManySegmentsAsElements) {
-  const model::Robot robot = tests::ControlRobot(6, 24);
-  const ReducedModel model(robot, tests::EquivalentReduction(robot));
-  (void)model;
+  // Same semi-discrete arm; what differs is the time discretisation, in strains or in poses, which
+  // falls with the square of the step.
+  model::Robot robot = tests::PaperRobot(5, 24);
+  robot.mantle.reset();
+  tests::AddFourCables(&robot.arms[0]);
+  robot.arms[0].cables[0].drive = model::GivenTension{model::ConstantSchedule{0.3}};
+  robot.effects.drag = robot.effects.added_mass = robot.effects.viscosity = true;
+  Reduction equal = tests::EquivalentReduction(robot);
+  const ReducedModel model(robot, equal);
+  constexpr double kDuration_s = 0.4;
+  double error[2];
+  for (int i : {0, 1}) {
+    const double h = i == 0 ? 0.004 : 0.002;
+    model::RunSettings full;
+    full.duration_s = kDuration_s;
+    full.step_s = h;
+    full.stepper.newton_tolerance = 1e-11;
+    model::Simulation plant(model.plant, full);
+    ReducedRunSettings small;
+    small.duration_s = kDuration_s;
+    small.step_s = h;
+    ReducedSimulation reduced(model, small);
+    ASSERT_TRUE(plant.AdvanceTo(kDuration_s).ok);
+    ASSERT_TRUE(reduced.AdvanceTo(kDuration_s).ok);
+    error[i] = (plant.Observe().tips[0].position - reduced.Observe().tips[0].position).norm();
+  }
+  EXPECT_LT(error[1], 2e-5 * 0.42);
+  EXPECT_LT(error[1], 0.3 * error[0]);  // order 2 would be 0.25
+}
+
+TEST(Step, SecondOrderInTime) {
+  const ReducedModel model(tests::ControlRobot(12, 32), {});
+  const ReducedState start = RandomReducedState(model, 0.4, 5);
+  const PlantInputs inputs = SomeInputs(model, 0.5);
+  StepSettings settings;
+  settings.tolerance = 1e-12;
+  StepWork work(model);
+  const auto run = [&](int steps) {
+    ReducedState s = start, next = start;
+    for (int i = 0; i < steps; ++i) {
+      EXPECT_TRUE(
+          TakeStep(model, settings, 0.08 / steps, s, inputs, inputs, &work, &next, nullptr).ok);
+      s = next;
+    }
+    return s;
+  };
+  const ReducedState exact = run(320);
+  const auto error = [&](int steps) {
+    return Difference(exact, run(steps)).head(model.velocity_count()).norm();
+  };
+  const double coarse = error(20), fine = error(40);
+  EXPECT_GT(coarse / fine, 3.3);  // 4 for order 2
+  EXPECT_LT(coarse / fine, 5.5);
+}
+
+TEST(Step, RemainderOfTheJacobianIsOfSecondOrder) {
+  const ReducedModel model(tests::ControlRobot(12, 32), {});
+  const ReducedState start = RandomReducedState(model, 0.3, 9);
+  const PlantInputs inputs = SomeInputs(model, 0.5);
+  StepSettings settings;
+  settings.tolerance = 1e-13;
+  StepWork work(model);
+  StepJacobian jacobian(model);
+  ReducedState end = start, other = start;
+  ASSERT_TRUE(TakeStep(model, settings, 0.05, start, inputs, inputs, &work, &end, &jacobian).ok);
+  model::VectorX direction = tests::RandomVector(2 * model.velocity_count(), 4);
+  for (int i = 0; i < model.mantle->size; ++i) {
+    direction(6 + model.mantle_first() + i) *= model.mantle->basis.scale(i);
+    direction(model.velocity_count() + 6 + model.mantle_first() + i) *=
+        10 * model.mantle->basis.scale(i);
+  }
+  const auto remainder = [&](double size) {
+    const ReducedState moved = Moved(start, size * direction);
+    EXPECT_TRUE(TakeStep(model, settings, 0.05, moved, inputs, inputs, &work, &other, nullptr).ok);
+    return (Difference(end, other) - size * jacobian.state * direction).norm();
+  };
+  const double ratio = remainder(2e-3) / remainder(1e-3);
+  EXPECT_GT(ratio, 3.5);  // 4 for a quadratic remainder
+  EXPECT_LT(ratio, 4.5);
+}
+
+bool AllFinite(const ReducedState& s) {
+  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite();
+}
+
+// A step either succeeds with finite numbers or is refused with a cause.
+void ExpectSaneRun(const model::Robot& robot, const Reduction& reduction, double size, int steps) {
+  const ReducedModel model(robot, reduction);
+  ReducedState s = RandomReducedState(model, size, 3), next = s;
+  const PlantInputs inputs = SomeInputs(model, 1.0);
+  StepWork work(model);
+  StepJacobian jacobian(model);
+  for (int i = 0; i < steps; ++i) {
+    const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, &jacobian);
+    if (!o.ok) {
+      EXPECT_NE(o.cause, nullptr);
+      EXPECT_NE(o.body, nullptr);
+      return;
+    }
+    ASSERT_TRUE(AllFinite(next));
+    ASSERT_TRUE(jacobian.state.allFinite() && jacobian.input.allFinite() &&
+                jacobian.step.allFinite());
+    s = next;
+  }
+}
+
+TEST(StepHardCases, ZeroStateAtRest) { ExpectSaneRun(tests::ControlRobot(8, 24), {}, 0.0, 20); }
+
+TEST(StepHardCases, SoftStiffAndAnyAddedMass) {
+  for (double factor : {0.01, 1.0, 100.0}) {
+    model::Robot robot = tests::ControlRobot(8, 24);
+    robot.arms[0].material.young_pa *= factor;
+    ExpectSaneRun(robot, {}, 0.3, 20);
+  }
+  for (double ratio : {0.1, 100.0}) {
+    model::Robot robot = tests::ControlRobot(8, 24);
+    robot.arms[0].added_mass_coefficient = ratio;
+    ExpectSaneRun(robot, {}, 0.3, 20);
+  }
+}
+
+TEST(StepHardCases, FullTaper) {
+  model::Robot robot = tests::ControlRobot(8, 24);
+  robot.arms[0].radius_tip_m = 1e-5;
+  ExpectSaneRun(robot, {}, 0.3, 20);
+}
+
+TEST(StepHardCases, StrainThroughPiAndTwoPiPerSegment) {
+  Reduction r;
+  r.arms[0].segments = 2;
+  const model::Robot robot = tests::ControlRobot(8, 24);
+  const ReducedModel model(robot, r);
+  PlantInputs inputs = SomeInputs(model, 0.0);
+  StepWork work(model);
+  StepJacobian jacobian(model);
+  for (double turn : {std::numbers::pi, 2 * std::numbers::pi, 3 * 2 * std::numbers::pi}) {
+    ReducedState s = InitialState(model), next = s;
+    s.q(2) = turn / 0.21;
+    s.q(6) = -turn / 0.21;
+    const StepOutcome o = TakeStep(model, {}, 0.01, s, inputs, inputs, &work, &next, &jacobian);
+    if (o.ok) {
+      EXPECT_TRUE(AllFinite(next) && jacobian.state.allFinite());
+    } else {
+      EXPECT_NE(o.cause, nullptr);
+    }
+  }
+}
+
+TEST(StepHardCases, ClosedMantleIsRefusedWithAReason) {
+  const ReducedModel model(tests::ControlRobot(8, 24), {});
+  ReducedState s = InitialState(model), next = s;
+  s.q(model.mantle_first() + 2) = 40 * model.mantle->basis.scale(2);
+  StepWork work(model);
+  const PlantInputs inputs = SomeInputs(model, 0.0);
+  const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, nullptr);
+  EXPECT_FALSE(o.ok);
+  ASSERT_NE(o.cause, nullptr);
+}
+
+TEST(StepBadInput, WrongSizeAndStepAreRefused) {
+  const ReducedModel model(tests::ControlRobot(8, 24), {});
+  ReducedState s = InitialState(model), next = s;
+  StepWork work(model);
+  const PlantInputs inputs = SomeInputs(model, 0.0);
+  EXPECT_FALSE(TakeStep(model, {}, 0.0, s, inputs, inputs, &work, &next, nullptr).ok);
+  EXPECT_FALSE(TakeStep(model, {}, -1.0, s, inputs, inputs, &work, &next, nullptr).ok);
+  s.q.resize(3);
+  const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, nullptr);
+  EXPECT_FALSE(o.ok);
+  EXPECT_STREQ(o.cause, "the state has the wrong size for this model");
+}
+
+TEST(StepBadInput, ModelsThatCannotBeAreRefused) {
+  model::Robot frozen = tests::ControlRobot(8, 24);
+  frozen.coupling = model::Coupling::kFrozen;
+  EXPECT_THROW(ReducedModel(frozen, {}), model::BadRobot);
+  Reduction r;
+  r.arms.resize(3);
+  EXPECT_THROW(ReducedModel(tests::ControlRobot(8, 24), r), model::BadRobot);
+  r = {};
+  r.actuators = {{"motor", {{ActuatorTarget::Kind::kCable, 17, 1.0}}}};
+  EXPECT_THROW(ReducedModel(tests::ControlRobot(8, 24), r), model::BadRobot);
+}
+
+TEST(Controls, GangedCablesShareOneInput) {
+  Reduction r;
+  r.actuators = {
+      {"pair", {{ActuatorTarget::Kind::kCable, 0, 1.0}, {ActuatorTarget::Kind::kCable, 2, 0.5}}}};
+  const ReducedModel model(tests::ControlRobot(8, 24), r);
+  ASSERT_EQ(model.input_count(), 1);
+  PlantInputs inputs = SomeInputs(model, 1.0);
+  const double u = 0.4, other = inputs.cables[1].tension_n;
+  ApplyControls(model, &u, &inputs);
+  EXPECT_EQ(inputs.cables[0].tension_n, 0.4);
+  EXPECT_EQ(inputs.cables[2].tension_n, 0.2);
+  EXPECT_EQ(inputs.cables[1].tension_n, other);
 }
 
 }  // namespace
