@@ -47,9 +47,9 @@ void SetOmega(const Interval& v, const StrainGroup& group, const ArmMotion& m, I
     s->omega += v.reference;
     return;
   }
-  const Vector6 a = v.rest1 + v.basis1 * q, b = v.rest2 + v.basis2 * q;
-  const Vector6 a1 = v.basis1 * q1, b1 = v.basis2 * q1;
-  const Vector6 a2 = v.basis1 * q2, b2 = v.basis2 * q2;
+  const Vector6 a = v.rest1 + v.basis1.lazyProduct(q), b = v.rest2 + v.basis2.lazyProduct(q);
+  const Vector6 a1 = v.basis1.lazyProduct(q1), b1 = v.basis2.lazyProduct(q1);
+  const Vector6 a2 = v.basis1.lazyProduct(q2), b2 = v.basis2.lazyProduct(q2);
   s->omega += 0.5 * v.length_m * (v.rest1 + v.rest2) + v.kappa * SmallAdjointTimes(a, b);
   s->omega_dot += v.kappa * (SmallAdjointTimes(a1, b) + SmallAdjointTimes(a, b1));
   s->omega_ddot += v.kappa * (SmallAdjointTimes(a2, b) + 2.0 * SmallAdjointTimes(a1, b1) +
@@ -220,9 +220,12 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
     residual.noalias() += v.basis.transpose().lazyProduct(s.stress);
     if (v.magnus) {
       const Eigen::Map<const VectorX> local(m.q + group.first, group.columns);
-      const Vector6 a = v.rest1 + v.basis1 * local, b = v.rest2 + v.basis2 * local;
-      residual += v.kappa * (v.basis2.transpose() * CoadjointTimes(a, s.stress) -
-                             v.basis1.transpose() * CoadjointTimes(b, s.stress));
+      const Vector6 a = v.rest1 + v.basis1.lazyProduct(local),
+                    b = v.rest2 + v.basis2.lazyProduct(local);
+      const Vector6 by2 = v.kappa * CoadjointTimes(a, s.stress);
+      const Vector6 by1 = v.kappa * CoadjointTimes(b, s.stress);
+      residual.noalias() += v.basis2.transpose().lazyProduct(by2);
+      residual.noalias() -= v.basis1.transpose().lazyProduct(by1);
     }
   }
   work->base_wrench += sum;

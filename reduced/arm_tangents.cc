@@ -149,11 +149,11 @@ void MakeColumns(const Interval& v, const StrainGroup& group, const ArmMotion& m
     const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
     const Eigen::Map<const VectorX> q1(m.q_dot + group.first, group.columns);
     const Eigen::Map<const VectorX> q2(m.q_ddot + group.first, group.columns);
-    AddMagnus(v, v.rest1 + v.basis1 * q, v.rest2 + v.basis2 * q, &e);
+    AddMagnus(v, v.rest1 + v.basis1.lazyProduct(q), v.rest2 + v.basis2.lazyProduct(q), &e);
     e1.setZero(6, group.columns);
     e2.setZero(6, group.columns);
-    AddMagnus(v, v.basis1 * q1, v.basis2 * q1, &e1);
-    AddMagnus(v, v.basis1 * q2, v.basis2 * q2, &e2);
+    AddMagnus(v, v.basis1.lazyProduct(q1), v.basis2.lazyProduct(q1), &e1);
+    AddMagnus(v, v.basis1.lazyProduct(q2), v.basis2.lazyProduct(q2), &e2);
   }
   auto columns = As<C>(s->columns), columns1 = As<C>(s->columns1), columns2 = As<C>(s->columns2);
   for (int i = 0; i < columns.cols(); ++i) {
@@ -183,7 +183,7 @@ void AddLocalStiffness(const Interval& v, const StrainGroup& group, const ArmMot
   Columns<C> e = As<C>(v.basis), x;
   if (v.magnus) {
     const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
-    AddMagnus(v, v.rest1 + v.basis1 * q, v.rest2 + v.basis2 * q, &e);
+    AddMagnus(v, v.rest1 + v.basis1.lazyProduct(q), v.rest2 + v.basis2.lazyProduct(q), &e);
     const Matrix6 n = v.kappa * CoadjointMatrix(s.stress);
     x.noalias() = n.lazyProduct(v.basis1);
     stiffness.noalias() += v.basis2.transpose().lazyProduct(x);
@@ -225,7 +225,7 @@ void AddCables(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* wo
       const Eigen::Map<const VectorX> q1(m.q_dot + group.first, group.columns);
       Matrix6 hessian;
       CablePieceLength(p.piece, p.element, p.reference + p.basis.lazyProduct(q), nullptr, &hessian);
-      const Vector6 turned = in.damping_n_s_m * (hessian * (p.basis * q1));
+      const Vector6 turned = in.damping_n_s_m * (hessian * Vector6(p.basis.lazyProduct(q1)));
       for (int j = 0; j < group.columns; ++j) {
         out->stiffness.col(first + group.first + j).segment(first, n) +=
             turned.dot(p.basis.col(j)) * gradient;
@@ -316,7 +316,7 @@ void LineariseColumns(const ReducedArm& arm, const ArmMotion& m, int first, ArmW
     mass.noalias() += before.transpose().lazyProduct(fm);
     mass.noalias() += fm.transpose().lazyProduct(before);
     damping.noalias() += before.transpose().lazyProduct(fd);
-    damping.noalias() += fm.transpose().lazyProduct(2.0 * before1);
+    damping.noalias() += 2.0 * fm.transpose().lazyProduct(before1);
     damping.noalias() += uy.transpose().lazyProduct(before);
     stiffness.noalias() += before.transpose().lazyProduct(fk);
     stiffness.noalias() += fm.transpose().lazyProduct(before2);
@@ -344,7 +344,7 @@ void LineariseColumns(const ReducedArm& arm, const ArmMotion& m, int first, ArmW
       out->damping.block<Eigen::Dynamic, C>(first, f, p, c).noalias() +=
           s0.transpose().lazyProduct(sum_d);
       auto low = out->damping.block<C, Eigen::Dynamic>(f, first, c, p);
-      low.noalias() += sum_m.transpose().lazyProduct(2.0 * s1);
+      low.noalias() += 2.0 * sum_m.transpose().lazyProduct(s1);
       low.noalias() += row_y.transpose().lazyProduct(s0);
       out->stiffness.block<Eigen::Dynamic, C>(first, f, p, c).noalias() +=
           s0.transpose().lazyProduct(sum_k);

@@ -126,9 +126,10 @@ class StepSolver {
     // q = q_0 + y, and the root's increment in the body frame of its end
     out->state.block(6, 6, n_ - 6, n_ - 6).diagonal().array() += 1.0;
     if (free_) {
-      out->state.topRows<6>() = s.jr * s.y_by.topRows<6>().leftCols(2 * n_);
+      out->state.topRows<6>().noalias() = s.jr.lazyProduct(s.y_by.topRows<6>().leftCols(2 * n_));
       out->state.topLeftCorner<6, 6>() += Adjoint(model::Inverse(Moved(s)));
-      out->input.topRows<6>() = s.jr * s.y_by.topRows<6>().middleCols(2 * n_, inputs);
+      out->input.topRows<6>().noalias() =
+          s.jr.lazyProduct(s.y_by.topRows<6>().middleCols(2 * n_, inputs));
       out->step.head<6>() = s.jr * s.y_by.topRows<6>().col(2 * n_ + inputs);
     }
   }
@@ -331,8 +332,8 @@ class StepSolver {
     }
     s.v_by = s.rate_by;
     if (free_) {
-      s.v_by.topRows<6>().noalias() = s.jr * s.rate_by.topRows<6>();
-      s.v_by.topRows<6>().noalias() += s.jr_rate * s.y_by.topRows<6>();
+      s.v_by.topRows<6>().noalias() = s.jr.lazyProduct(s.rate_by.topRows<6>());
+      s.v_by.topRows<6>().noalias() += s.jr_rate.lazyProduct(s.y_by.topRows<6>());
     } else {
       s.v_by.topRows<6>().setZero();
     }
