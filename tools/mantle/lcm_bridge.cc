@@ -170,24 +170,23 @@ class Link final : public LcmLink {
 
  private:
   void OpenUrl(const LcmOptions& options) {
-    const auto refuse = [&](const char* why) {
-      throw BadInput(fmt::format("--lcm: {}: {}", options.url, why));
-    };
     bool known = false;
     for (const std::string_view provider : kProviders) known |= options.url.starts_with(provider);
     if (!known) throw BadInput(fmt::format("--lcm: {}: must be {}", options.url, kLcmUrlHelp));
     lcm_.reset(lcm_create(options.url.c_str()));
-    if (!lcm_) refuse("cannot be opened: is the group a multicast address, and the port free?");
-    if (!options.receive) return;
+    bool open = lcm_ != nullptr;
     for (const ChannelDecoder& d : kDecoders) {
+      if (!open || !options.receive) break;
       lcm_subscription_t* heard = lcm_subscribe(lcm_.get(), d.channel, OnMessage, this);
-      if (heard == nullptr) {
-        refuse(
-            "cannot be heard: is there a route for multicast (ip route add 224.0.0.0/4 dev lo)?");
-      }
-      lcm_subscription_set_queue_capacity(heard, kQueuedMessages);
+      open = heard != nullptr && lcm_subscription_set_queue_capacity(heard, kQueuedMessages) == 0;
     }
-    receiving_ = true;
+    if (!open) {
+      throw BadInput(fmt::format(
+          "--lcm: {}: cannot be opened: must be {}, and this machine needs a route for multicast "
+          "(`ip route` shows it; without a network: ip route add 224.0.0.0/4 dev lo)",
+          options.url, kLcmUrlHelp));
+    }
+    receiving_ = options.receive;
   }
 
   void OpenLog(const std::filesystem::path& folder, const std::string& name) {

@@ -30,10 +30,10 @@ inline constexpr const char* kLcmUrlHelp =
 
 struct LcmOptions {
   /// An event log in this folder, which exists; none where it is not given.
-  std::optional<std::filesystem::path> log_folder;
+  std::optional<std::filesystem::path> log_folder{};
   std::string log_name{kTelemetryLogName};
   /// Publishes there at once; empty: nowhere. memq:// is a queue within this link.
-  std::string url;
+  std::string url{};
   /// Hears the channels of the URL, from the opening on; this link's own messages too.
   bool receive{false};
 };
@@ -75,7 +75,8 @@ struct LogEvent {
 
 struct LogEnd {
   std::int64_t events{0};
-  /// Where the file stops being a log: cut short, or damaged. Absent in a whole one.
+  /// Of a log that is cut short or damaged: where the last event handed out ends. liblcm withholds
+  /// the event right before bytes that are none.
   std::optional<std::int64_t> damaged_at_byte;
 };
 
