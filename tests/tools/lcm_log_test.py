@@ -1,11 +1,12 @@
 """A log of our writer, decoded with the Python types that lcm-gen makes from lcm_types/.
 
-Usage: lcm_log_test.py WRITER TYPES_DIR
+Usage: lcm_log_test.py WRITER TYPES_DIR TELEMETRY_PAGE
 
 The container is read here, by its definition (tools/mantle/lcm_bridge.h). Leaf n of sample k has
-the value that telemetry_samples.h gives it.
+the value that telemetry_samples.h gives it. The page names every channel and field.
 """
 
+import re
 import struct
 import subprocess
 import sys
@@ -63,7 +64,7 @@ def check(message, k):
 
 
 def main():
-    writer, types_dir = sys.argv[1:]
+    writer, types_dir, page = sys.argv[1:]
     sys.path.insert(0, types_dir)
     import mantle
 
@@ -85,6 +86,11 @@ def main():
     assert count == SAMPLES * len(types), count
     assert leaves_of["MANTLE_PLAN"] == 1 + 21 * (1 + 16 + 3 + 8 * 3) + 3, leaves_of
     assert leaves_of["MANTLE_DRIVES"] == 1 + 11 * 16, leaves_of
+    with open(page, encoding="utf-8") as file:
+        told = set(re.findall("`([^`]*)`", file.read()))
+    for channel, kind in types.items():
+        untold = {channel, kind.__name__, *kind.__slots__} - told
+        assert not untold, f"{page} does not tell of {untold}"
     print(f"{count} messages, leaves of each: {leaves_of}")
 
 
