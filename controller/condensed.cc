@@ -48,73 +48,114 @@ Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCos
   }
 }
 
-void Condensed::MakeRows() {
-  for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Horizon::Hat& hat = horizon_.hats[k];
-    if (hat.weight[1] == 1.0) continue;  // a knot: a plain bound
-    for (int i = 0; i < motors_; ++i) {
-      Row row;
-      if (hat.knot[0] >= 0) row.first = hat.knot[0] * motors_ + i;
-      row.by_first = hat.weight[0];
-      row.second = hat.knot[1] * motors_ + i;
-      row.by_second = hat.weight[1];
-      rows_.push_back(row);
-    }
+void Condensed::Row::Add(int decision, double factor) {
+  for (int i = 0; i < count; ++i) {
+    if (at[i] != decision) continue;
+    by[i] += factor;
+    return;
   }
-  for (int b = 0; b < horizon_.knot_count(); ++b) {
-    for (int i = 0; i < motors_; ++i) {
-      Row row;
-      if (b > 0) row.first = (b - 1) * motors_ + i;
-      row.by_first = -1;
-      row.second = b * motors_ + i;
-      row.by_second = 1;
-      rows_.push_back(row);
-    }
-  }
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    for (const int at : {rows_[r].first, rows_[r].second}) {
-      if (at < 0) continue;
-      jacobian_pattern_.row.push_back(static_cast<int>(r));
-      jacobian_pattern_.column.push_back(at);
+  at[count] = decision;
+  by[count++] = factor;
+}
+
+void Condensed::AddNode(int k, int motor, double factor, Row* row) const {
+  for (int i : {0, 1}) {
+    const int knot = horizon_.hats[k].knot[i];
+    if (knot >= 0) {
+      row->Add(knot * motors_ + motor, factor * shape_(motor, k) * horizon_.hats[k].weight[i]);
     }
   }
 }
 
-void Condensed::BoundRows(const Trajectory& t) {
-  std::size_t r = 0;
+// Rows in the order of BoundRows; a pattern that holds whatever the shapes are.
+void Condensed::MakeRows() {
+  shape_.setOnes(motors_, horizon_.steps() + 1);
   for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Horizon::Hat& hat = horizon_.hats[k];
-    const bool knot = hat.weight[1] == 1.0;
     for (int i = 0; i < motors_; ++i) {
-      const model::MotorLimits& limits = options_.motors[i];
-      const double low = std::min(limits.min_tension_n - t.tensions(i, k), 0.0);
-      const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
-      if (knot) {
-        low_(hat.knot[1] * motors_ + i) = low;
-        high_(hat.knot[1] * motors_ + i) = high;
-      } else {
-        rows_[r].low = low;
-        rows_[r++].high = high;
-      }
+      if (horizon_.hats[k].weight[1] == 1.0 && !decides_amplitude(i)) continue;  // a plain bound
+      rows_.emplace_back();
+      AddNode(k, i, 1.0, &rows_.back());
     }
   }
   int from = 0;
   for (int b = 0; b < horizon_.knot_count(); ++b) {
     const int to = horizon_.knots[b];
-    const double length = horizon_.time_s[to] - horizon_.time_s[from];
-    for (int i = 0; i < motors_; ++i, ++r) {
-      const double most = options_.motors[i].max_rate_n_s;
-      double low = -kInfinity, high = kInfinity;
-      for (int k = from; k < to; ++k) {
-        const double slope = (t.tensions(i, k + 1) - t.tensions(i, k)) / horizon_.step(k);
-        low = std::max(low, -most - slope);
-        high = std::min(high, most - slope);
+    for (int i = 0; i < motors_; ++i) {
+      for (int k = from; k < (decides_amplitude(i) ? to : from + 1); ++k) {
+        rows_.emplace_back();
+        AddNode(decides_amplitude(i) ? k + 1 : to, i, 1.0, &rows_.back());
+        AddNode(k, i, -1.0, &rows_.back());
       }
-      rows_[r].low = std::min(low * length, 0.0);
-      rows_[r].high = std::max(high * length, 0.0);
     }
     from = to;
   }
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    for (int i = 0; i < rows_[r].count; ++i) {
+      jacobian_pattern_.row.push_back(static_cast<int>(r));
+      jacobian_pattern_.column.push_back(rows_[r].at[i]);
+    }
+  }
+}
+
+void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
+  for (int k = 1; k <= horizon_.steps(); ++k) {
+    const Horizon::Hat& hat = horizon_.hats[k];
+    for (int i = 0; i < motors_; ++i) {
+      const model::MotorLimits& limits = options_.motors[i];
+      const double low = std::min(limits.min_tension_n - t.tensions(i, k), 0.0);
+      const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
+      const bool knot = hat.weight[1] == 1.0;
+      if (knot) {
+        // An amplitude may change by the whole range, whatever the pulse is at the knot.
+        const double range = limits.max_tension_n - limits.min_tension_n;
+        const int at = hat.knot[1] * motors_ + i;
+        low_(at) = decides_amplitude(i) ? -range : low;
+        high_(at) = decides_amplitude(i) ? range : high;
+        if (!decides_amplitude(i)) continue;
+      }
+      Row& row = rows_[(*r)++];
+      row.by = {};
+      AddNode(k, i, 1.0, &row);
+      row.low = low;
+      row.high = high;
+    }
+  }
+}
+
+void Condensed::BoundSlopes(const Trajectory& t, std::size_t* r) {
+  int from = 0;
+  for (int b = 0; b < horizon_.knot_count(); ++b) {
+    const int to = horizon_.knots[b];
+    const double length = horizon_.time_s[to] - horizon_.time_s[from];
+    for (int i = 0; i < motors_; ++i) {
+      const double most = options_.motors[i].max_rate_n_s;
+      double low = -kInfinity, high = kInfinity;
+      for (int k = from; k < to; ++k) {
+        const double h = horizon_.step(k), change = t.tensions(i, k + 1) - t.tensions(i, k);
+        if (decides_amplitude(i)) {
+          Row& row = rows_[(*r)++];
+          row.by = {};
+          AddNode(k + 1, i, 1.0, &row);
+          AddNode(k, i, -1.0, &row);
+          row.low = std::min(-most * h - change, 0.0);
+          row.high = std::max(most * h - change, 0.0);
+        } else {
+          low = std::max(low, -most - change / h);
+          high = std::min(high, most - change / h);
+        }
+      }
+      if (decides_amplitude(i)) continue;
+      rows_[*r].low = std::min(low * length, 0.0);
+      rows_[(*r)++].high = std::max(high * length, 0.0);
+    }
+    from = to;
+  }
+}
+
+void Condensed::BoundRows(const Trajectory& t) {
+  std::size_t row = 0;
+  BoundNodes(t, &row);
+  BoundSlopes(t, &row);
 }
 
 double Condensed::StageWeight(int k) const {
@@ -146,7 +187,7 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
         const int knot = horizon_.hats[node].knot[i];
         if (knot < 0) continue;
         at[count] = knot * motors_ + motor;
-        by[count++] = factor * horizon_.hats[node].weight[i];
+        by[count++] = factor * shape_(motor, node) * horizon_.hats[node].weight[i];
       }
     };
     gather(node_a, by_a);
@@ -170,9 +211,11 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
 
 void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, double levenberg) {
   const int steps = horizon_.steps();
+  shape_ = t.shape;
   hessian_.setZero();
   base_gradient_.setZero();
   g_.setZero();
+  next_.setZero();  // columns not yet active change places with those of g_
   for (Eigen::MatrixXd& y : adjoint_) y.setZero();
   for (int k = 0; k < steps; ++k) {
     const int active = (horizon_.hats[k + 1].knot[1] + 1) * motors_;
@@ -182,8 +225,10 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
       for (int i : {0, 1}) {
         const int knot = horizon_.hats[node].knot[i];
         if (knot < 0) continue;
-        next_.middleCols(knot * motors_, motors_) +=
-            (0.5 * horizon_.hats[node].weight[i]) * j.input;
+        for (int m = 0; m < motors_; ++m) {
+          next_.col(knot * motors_ + m) +=
+              (0.5 * shape_(m, node) * horizon_.hats[node].weight[i]) * j.input.col(m);
+        }
       }
     }
     std::swap(g_, next_);
@@ -304,15 +349,14 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
       if (w(at) - low_(at) < kActive_n || high_(at) - w(at) < kActive_n) h(i, i) += penalty;
     }
     for (const Row& row : rows_) {
-      if (row.second < first) continue;
       const double value = row.Value(w);
       if (value - row.low > kActive_n && row.high - value > kActive_n) continue;
-      const int b = row.second - first, a = row.first - first;
-      h(b, b) += penalty * row.by_second * row.by_second;
-      if (a < 0) continue;
-      h(a, a) += penalty * row.by_first * row.by_first;
-      h(a, b) += penalty * row.by_first * row.by_second;
-      h(b, a) += penalty * row.by_first * row.by_second;
+      for (int i = 0; i < row.count; ++i) {
+        for (int j = 0; j < row.count; ++j) {
+          if (row.at[i] < first || row.at[j] < first) continue;
+          h(row.at[i] - first, row.at[j] - first) += penalty * row.by[i] * row.by[j];
+        }
+      }
     }
     auto rhs = kkt_rhs_.topRows(size);
     rhs = tail_[k].bottomRows(size);
@@ -324,7 +368,8 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
     gain.setZero(motors_, columns_);
     for (int i : {0, 1}) {
       if (hat.knot[i] < knot) continue;
-      gain -= hat.weight[i] * rhs.middleRows((hat.knot[i] - knot) * motors_, motors_);
+      gain -= (hat.weight[i] * shape_.col(k + 1)).asDiagonal() *
+              rhs.middleRows((hat.knot[i] - knot) * motors_, motors_);
     }
   }
 }
@@ -359,10 +404,7 @@ bool Condensed::Constraints(const double* x, bool, double* g) {
 }
 
 bool Condensed::Jacobian(const double*, bool, double* values) {
-  for (const Row& row : rows_) {
-    if (row.first >= 0) *values++ = row.by_first;
-    *values++ = row.by_second;
-  }
+  for (const Row& row : rows_) values = std::copy_n(row.by.begin(), row.count, values);
   return true;
 }
 

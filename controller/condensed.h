@@ -87,16 +87,26 @@ class Condensed : public Program {
                double* values) override;
 
  private:
-  /// One linear row of the program: at most two decisions.
+  /// One linear row of the program. The knots that move two neighbouring nodes are at most three.
   struct Row {
-    int first{-1}, second{-1};
-    double by_first{0}, by_second{0};
+    int count{0};
+    std::array<int, 4> at{};
+    std::array<double, 4> by{};
     double low{-kInfinity}, high{kInfinity};
+
     double Value(const Eigen::Ref<const VectorX>& w) const {
-      return (first < 0 ? 0.0 : by_first * w(first)) + by_second * w(second);
+      double value = 0;
+      for (int i = 0; i < count; ++i) value += by[i] * w(at[i]);
+      return value;
     }
+    void Add(int decision, double factor);
   };
+  /// What node k of a motor moves by: row += factor (its hats).
+  void AddNode(int k, int motor, double factor, Row* row) const;
+  bool decides_amplitude(int motor) const { return options_.motors[motor].decides_amplitude; }
   void MakeRows();
+  void BoundNodes(const Trajectory& trajectory, std::size_t* row);
+  void BoundSlopes(const Trajectory& trajectory, std::size_t* row);
   void BoundRows(const Trajectory& trajectory);
   void AddInputCost(const Trajectory& trajectory, double levenberg);
   void AddMeanVelocity(const Trajectory& trajectory, const PositionHistory& history);
@@ -112,6 +122,7 @@ class Condensed : public Program {
   Eigen::MatrixXd hessian_, sensitivity_;  ///< H, F (decisions x 2n)
   VectorX gradient_, base_gradient_, low_, high_;
   std::vector<Row> rows_;
+  Eigen::MatrixXd shape_;  ///< of the trajectory
   SparsePattern jacobian_pattern_, hessian_pattern_;
   std::vector<VectorX> residuals_;
   std::vector<Eigen::MatrixXd> jacobians_, projected_, positions_, adjoint_, tail_;
