@@ -77,7 +77,7 @@ int RunReducedScene(const SceneOptions& options) {
   reduced::ReducedSimulation simulation(*model, reduced::RunSettingsOf(scene.run, scene.reduction));
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
-  RemoveOldResults(folder, {"summary.json", "trajectory.csv"});
+  RemoveOldResults(folder, kRunResults);
   OutputFile trajectory(folder, "trajectory.csv", TrajectoryTitles(model->plant));
   VolumeRange volume;
   CatchInterrupts();
