@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <array>
 
+#include "reduced/dense.h"
 #include "reduced/reduced_model.h"
 
 /// One step of the reduced model, and its exact derivatives.
@@ -57,17 +57,17 @@ class StepWork {
   struct Stage {
     VectorX y, y_known, y_rate, v_known, acceleration;
     ReducedState state;
-    Matrix6 jr, jr_rate;                  ///< Jr(theta), d(Jr(theta) theta_dot)/d theta
-    Eigen::MatrixXd y_by, rate_by, v_by;  ///< d(y, y_rate, v)/d(start, u, h)
+    Matrix6 jr, jr_rate;        ///< Jr(theta), d(Jr(theta) theta_dot)/d theta
+    Panel y_by, rate_by, root;  ///< d(y, y_rate, v of the root)/d(zeta_0, q_0, v_0, u, h)
   };
   std::array<Stage, 2> stages_;
   ReducedWork evaluation_;
   ReducedJacobians jacobians_;
-  Eigen::MatrixXd matrix_, rhs_, known_, weighted_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-  VectorX scale_, increment_, permuted_, last_, norms_;
+  Eigen::MatrixXd matrix_, weighted_, left_;
+  Panel right_, root_rows_;
+  DenseLu lu_;
+  VectorX scale_, increment_, last_, norms_;
   Eigen::MatrixXd steps_;  ///< of Broyden's method, scaled
-  Matrix6X root_rows_;
 };
 
 /// Advances `from` by h seconds with the inputs at the stages (first stage at gamma h, or all at
