@@ -9,8 +9,10 @@ using model::PlantInputs;
 namespace {
 
 constexpr double kGamma2 = 0.29289321881345254;  // 1 - 1/sqrt(2): L-stable SDIRK2 (Alexander 1977)
-// Newton: a contraction above this makes a new matrix; increments growing that much give up.
-constexpr double kPoorContraction = 0.5;
+// Newton: a contraction above this makes a new matrix (Broyden's first corrections may overshoot
+// where the jet turns round, and a matrix costs as much as several residuals); increments growing
+// that much give up.
+constexpr double kPoorContraction = 2.0;
 constexpr double kDivergence = 1e6;
 constexpr double kAssumedContraction = 0.1;
 constexpr double kLargestShare = 0.8;  // of the last step that Broyden's correction may add again
