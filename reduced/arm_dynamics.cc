@@ -116,9 +116,19 @@ ArmWork::ArmWork(const ReducedArm& arm)
       cable_gradient(arm.cables.size(), VectorX::Zero(arm.size())) {
   for (std::size_t l = 0; l < at.size(); ++l) {
     const int m = arm.basis.groups()[arm.intervals[l].group].columns;
-    for (Matrix6X* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
+    for (Columns* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
   }
-  for (Matrix6X* x : {&sum_columns, &sum_columns1, &sum_columns2}) x->setZero(6, arm.size());
+  for (const StrainGroup& g : arm.basis.groups()) groups.emplace_back(g.columns);
+}
+
+GroupSums::GroupSums(int count) {
+  for (Columns* x : {&columns, &columns1, &columns2, &mass, &damping, &stiffness, &rate, &rotation})
+    x->setZero(6, count);
+}
+
+void GroupSums::SetZero() {
+  for (Columns* x : {&columns, &columns1, &columns2, &mass, &damping, &stiffness, &rate, &rotation})
+    x->setZero();
 }
 
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses) {
