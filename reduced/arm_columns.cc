@@ -9,223 +9,279 @@ namespace {
 
 constexpr int kMost = kMostColumns;
 
-// y = A x for a 3x3 block by columns and three rows of x; or y += A x.
-template <bool add>
-MANTLE_INLINE void Times3(int c, const double* a, const double* x, double* y) {
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < c; ++j) {
-      const double sum = a[i] * x[j] + a[i + 3] * x[c + j] + a[i + 6] * x[2 * c + j];
-      y[i * c + j] = add ? y[i * c + j] + sum : sum;
+// One row of C columns (0: any number) in registers.
+template <int C>
+struct Row {
+  double x[C > 0 ? C : kMost];
+  int count;
+
+  MANTLE_INLINE explicit Row(int c) : count(C > 0 ? C : c) {}
+  MANTLE_INLINE void Zero() {
+    for (int j = 0; j < count; ++j) x[j] = 0.0;
+  }
+  MANTLE_INLINE void Load(const double* from) {
+    for (int j = 0; j < count; ++j) x[j] = from[j];
+  }
+  MANTLE_INLINE void Add(double f, const double* from) {
+    for (int j = 0; j < count; ++j) x[j] += f * from[j];
+  }
+  MANTLE_INLINE void Store(double* to) const {
+    for (int j = 0; j < count; ++j) to[j] = x[j];
+  }
+};
+
+template <>
+struct Row<4> {
+  typedef double Vector __attribute__((vector_size(32)));
+  typedef double Memory __attribute__((vector_size(32), aligned(8), may_alias));
+  Vector x;
+
+  MANTLE_INLINE explicit Row(int) {}
+  MANTLE_INLINE void Zero() { x = Vector{0.0, 0.0, 0.0, 0.0}; }
+  MANTLE_INLINE void Load(const double* from) { x = *reinterpret_cast<const Memory*>(from); }
+  MANTLE_INLINE void Add(double f, const double* from) {
+    x += f * *reinterpret_cast<const Memory*>(from);
+  }
+  MANTLE_INLINE void Store(double* to) const { *reinterpret_cast<Memory*>(to) = x; }
+};
+
+// Kernels on 6 x C columns at `x`, c = C or any number.
+template <int C>
+struct Kernel {
+  int c;
+
+  // y = A x (or y += A x) for a 3x3 block by columns and three rows of x.
+  MANTLE_INLINE void Times3(bool add, const double* a, const double* x, double* y) const {
+    for (int i = 0; i < 3; ++i) {
+      Row<C> sum(c);
+      if (add) {
+        sum.Load(y + i * c);
+      } else {
+        sum.Zero();
+      }
+      for (int k = 0; k < 3; ++k) sum.Add(a[i + 3 * k], x + k * c);
+      sum.Store(y + i * c);
     }
   }
-}
 
-// y += w x x for three rows of x.
-MANTLE_INLINE void AddCross(int c, const double* w, const double* x, double* y) {
-  for (int j = 0; j < c; ++j) {
-    const double a = x[j], b = x[c + j], d = x[2 * c + j];
-    y[j] += w[1] * d - w[2] * b;
-    y[c + j] += w[2] * a - w[0] * d;
-    y[2 * c + j] += w[0] * b - w[1] * a;
+  // y += w x x for three rows of x.
+  MANTLE_INLINE void AddCross(const double* w, const double* x, double* y) const {
+    for (int i = 0; i < 3; ++i) {
+      const int j = (i + 1) % 3, k = (i + 2) % 3;
+      Row<C> sum(c);
+      sum.Load(y + i * c);
+      sum.Add(w[j], x + k * c);
+      sum.Add(-w[k], x + j * c);
+      sum.Store(y + i * c);
+    }
   }
-}
 
-// y += ad_v x
-MANTLE_INLINE void AddAdjoint(int c, const double* v, const double* x, double* y) {
-  AddCross(c, v, x, y);
-  AddCross(c, v + 3, x, y + 3 * c);
-  AddCross(c, v, x + 3 * c, y + 3 * c);
-}
+  // y += ad_v x
+  MANTLE_INLINE void AddAdjoint(const double* v, const double* x, double* y) const {
+    AddCross(v, x, y);
+    AddCross(v + 3, x, y + 3 * c);
+    AddCross(v, x + 3 * c, y + 3 * c);
+  }
 
-// y += [F 0; G F] x
-MANTLE_INLINE void AddTangent(int c, const TangentBlocks& t, const double* x, double* y) {
-  Times3<true>(c, t.f.data(), x, y);
-  Times3<true>(c, t.f.data(), x + 3 * c, y + 3 * c);
-  Times3<true>(c, t.g.data(), x, y + 3 * c);
-}
+  // y += [F 0; G F] x
+  MANTLE_INLINE void AddTangent(const TangentBlocks& t, const double* x, double* y) const {
+    Times3(true, t.f.data(), x, y);
+    Times3(true, t.f.data(), x + 3 * c, y + 3 * c);
+    Times3(true, t.g.data(), x, y + 3 * c);
+  }
 
-// y = Ad_h x
-MANTLE_INLINE void ToRoot(int c, const IntervalState& s, const double* x, double* y) {
-  Times3<false>(c, s.rotation.data(), x, y);
-  Times3<false>(c, s.rotation.data(), x + 3 * c, y + 3 * c);
-  AddCross(c, s.position.data(), y, y + 3 * c);
-}
+  // y = Ad_h x
+  MANTLE_INLINE void ToRoot(const IntervalState& s, const double* x, double* y) const {
+    Times3(false, s.rotation.data(), x, y);
+    Times3(false, s.rotation.data(), x + 3 * c, y + 3 * c);
+    AddCross(s.position.data(), y, y + 3 * c);
+  }
 
+  // y = A x or A^T x for a 6x6 matrix; or y += it.
+  MANTLE_INLINE void Times6(bool add, bool transposed, const Matrix6& a, const double* x,
+                            double* y) const {
+    const double* const m = a.data();
+    for (int i = 0; i < 6; ++i) {
+      Row<C> sum(c);
+      if (add) {
+        sum.Load(y + i * c);
+      } else {
+        sum.Zero();
+      }
+      for (int k = 0; k < 6; ++k) sum.Add(transposed ? m[k + 6 * i] : m[i + 6 * k], x + k * c);
+      sum.Store(y + i * c);
+    }
+  }
+
+  // out += x^T y for y of d columns; out by columns.
+  MANTLE_INLINE void AddTransposed(const double* x, int d, const double* y, double* out,
+                                   int stride) const {
+    for (int b = 0; b < d; ++b) {
+      Row<C> sum(c);
+      sum.Load(out + b * stride);
+      for (int k = 0; k < 6; ++k) sum.Add(y[k * d + b], x + k * c);
+      sum.Store(out + b * stride);
+    }
+  }
+
+  // y += f x
+  MANTLE_INLINE void Accumulate(double f, const double* x, double* y) const {
+    for (int i = 0; i < 6; ++i) {
+      Row<C> sum(c);
+      sum.Load(y + i * c);
+      sum.Add(f, x + i * c);
+      sum.Store(y + i * c);
+    }
+  }
+  MANTLE_INLINE void Zero(double* y) const {
+    for (int i = 0; i < 6 * c; ++i) y[i] = 0.0;
+  }
+};
+
+template <int C>
+using Local = double[6 * (C > 0 ? C : kMost)];
+
+template <int C>
 MANTLE_INLINE void MakeColumnsOf(int c, const double* e, const double* e1, const double* e2,
                                  IntervalState* s) {
+  const Kernel<C> kernel{C > 0 ? C : c};
   double *const s0 = s->columns.data(), *const s1 = s->columns1.data(),
                 *const s2 = s->columns2.data();
-  double local[6 * kMost], once[6 * kMost];
-  const auto zero = [&](double* x) {
-    for (int i = 0; i < 6 * c; ++i) x[i] = 0.0;
-  };
-  zero(local);
-  AddTangent(c, s->jet.value, e, local);
-  ToRoot(c, *s, local, s0);
+  Local<C> local, turned, twice;
+  kernel.Zero(local);
+  kernel.AddTangent(s->jet.value, e, local);
+  kernel.ToRoot(*s, local, s0);
 
-  zero(local);
-  AddTangent(c, s->jet.rate, e, local);
-  if (e1 != nullptr) AddTangent(c, s->jet.value, e1, local);
-  ToRoot(c, *s, local, s1);  // 2 of it and ad_V S enter S''
-  for (int i = 0; i < 6 * c; ++i) once[i] = 2.0 * s1[i];
-  zero(local);
-  AddAdjoint(c, s->twist.data(), s0, local);
-  for (int i = 0; i < 6 * c; ++i) {
-    once[i] += local[i];
-    s1[i] += local[i];
-  }
+  kernel.Zero(local);
+  kernel.AddTangent(s->jet.rate, e, local);
+  if (e1 != nullptr) kernel.AddTangent(s->jet.value, e1, local);
+  kernel.ToRoot(*s, local, s1);
+  kernel.Zero(turned);
+  kernel.AddAdjoint(s->twist.data(), s0, turned);
+  kernel.Zero(twice);  // 2 S' - ad_V S
+  kernel.Accumulate(2.0, s1, twice);
+  kernel.Accumulate(1.0, turned, twice);
+  kernel.Accumulate(1.0, turned, s1);
 
-  zero(local);
+  kernel.Zero(local);
+  kernel.AddTangent(s->jet.second, e, local);
   if (e1 != nullptr) {
-    AddTangent(c, s->jet.rate, e1, local);
-    for (int i = 0; i < 6 * c; ++i) local[i] *= 2.0;
+    kernel.AddTangent(s->jet.rate, e1, local);
+    kernel.AddTangent(s->jet.rate, e1, local);
+    kernel.AddTangent(s->jet.value, e2, local);
   }
-  AddTangent(c, s->jet.second, e, local);
-  if (e2 != nullptr) AddTangent(c, s->jet.value, e2, local);
-  ToRoot(c, *s, local, s2);
-  AddAdjoint(c, s->twist.data(), once, s2);
-  AddAdjoint(c, s->acceleration.data(), s0, s2);
+  kernel.ToRoot(*s, local, s2);
+  kernel.AddAdjoint(s->twist.data(), twice, s2);
+  kernel.AddAdjoint(s->acceleration.data(), s0, s2);
 }
 
-// y = A x or A^T x for a 6x6 matrix; or y += it.
-template <bool add, bool transposed>
-MANTLE_INLINE void Times6(int c, const Matrix6& a, const double* x, double* y) {
-  const double* const m = a.data();
-  for (int i = 0; i < 6; ++i) {
-    double sum[kMost];
-    for (int j = 0; j < c; ++j) sum[j] = add ? y[i * c + j] : 0.0;
-    for (int k = 0; k < 6; ++k) {
-      const double f = transposed ? m[k + 6 * i] : m[i + 6 * k];
-      for (int j = 0; j < c; ++j) sum[j] += f * x[k * c + j];
-    }
-    for (int j = 0; j < c; ++j) y[i * c + j] = sum[j];
-  }
-}
-
-// out += scale x^T y for x of c columns and y of d columns, out by columns.
-MANTLE_INLINE void AddTransposed(int c, const double* x, int d, const double* y, double* out,
-                                 int stride) {
-  for (int b = 0; b < d; ++b) {
-    double sum[kMost];
-    double* const column = out + b * stride;
-    for (int a = 0; a < c; ++a) sum[a] = column[a];
-    for (int k = 0; k < 6; ++k) {
-      const double f = y[k * d + b];
-      for (int a = 0; a < c; ++a) sum[a] += f * x[k * c + a];
-    }
-    for (int a = 0; a < c; ++a) column[a] = sum[a];
-  }
-}
-
+template <int C>
 MANTLE_INLINE void AddIntervalOf(int c, const Composite& beyond, bool needs_rotation,
                                  const double* e, const Matrix6& local, const IntervalState& s,
                                  GroupSums* g, double* mass, double* damping, double* stiffness,
                                  int stride) {
-  const int size = 6 * c;
+  const Kernel<C> kernel{C > 0 ? C : c};
+  const int d = kernel.c;
   const double *const s0 = s.columns.data(), *const s1 = s.columns1.data(),
                       *const s2 = s.columns2.data();
-  double m[6 * kMost], m2[6 * kMost], d[6 * kMost], k[6 * kMost], y[6 * kMost], z[6 * kMost];
-  double* const sum0 = g->columns.data();
-  double* const sum1 = g->columns1.data();
-  double* const sum2 = g->columns2.data();
-  Times6<false, false>(c, beyond.inertia, s0, m);
-  for (int i = 0; i < size; ++i) m2[i] = 2.0 * m[i];
-  Times6<false, false>(c, beyond.inertia, s1, d);
-  for (int i = 0; i < size; ++i) d[i] *= 2.0;
-  Times6<true, false>(c, beyond.rate, s0, d);
-  Times6<false, false>(c, beyond.inertia, s2, k);
-  Times6<true, false>(c, beyond.rate, s1, k);
-  Times6<false, true>(c, beyond.rate, s0, y);
+  double *const sum0 = g->columns.data(), *const sum1 = g->columns1.data(),
+                *const sum2 = g->columns2.data();
+  Local<C> by_acceleration, twice, by_rate, by_shape, rate, rotation;
+  kernel.Times6(false, false, beyond.inertia, s0, by_acceleration);
+  kernel.Zero(twice);
+  kernel.Accumulate(2.0, by_acceleration, twice);
+  kernel.Times6(false, false, beyond.inertia, s1, by_shape);
+  kernel.Times6(false, false, beyond.rate, s0, by_rate);
+  kernel.Accumulate(2.0, by_shape, by_rate);
+  kernel.Times6(false, false, beyond.inertia, s2, by_shape);
+  kernel.Times6(true, false, beyond.rate, s1, by_shape);
+  kernel.Times6(false, true, beyond.rate, s0, rate);
   if (needs_rotation) {
-    Times6<true, false>(c, beyond.rotation, s0, k);
-    Times6<false, true>(c, beyond.rotation, s0, z);
+    kernel.Times6(true, false, beyond.rotation, s0, by_shape);
+    kernel.Times6(false, true, beyond.rotation, s0, rotation);
   }
   // with the sums up to this interval, then before it
-  AddTransposed(c, sum0, c, m, mass, stride);
-  AddTransposed(c, sum0, c, d, damping, stride);
-  AddTransposed(c, s0, c, k, stiffness, stride);
-  for (int i = 0; i < size; ++i) {
-    sum0[i] -= s0[i];
-    sum1[i] -= s1[i];
-    sum2[i] -= s2[i];
-  }
+  kernel.AddTransposed(sum0, d, by_acceleration, mass, stride);
+  kernel.AddTransposed(sum0, d, by_rate, damping, stride);
+  kernel.AddTransposed(s0, d, by_shape, stiffness, stride);
+  kernel.Accumulate(-1.0, s0, sum0);
+  kernel.Accumulate(-1.0, s1, sum1);
+  kernel.Accumulate(-1.0, s2, sum2);
   // Tests before feel the wrenches beyond turn with the section: -N(W) S.
   double turn[6];
   for (int i = 0; i < 6; ++i) turn[i] = -s.wrench(i);
-  AddCross(c, turn, s0, k);
-  AddCross(c, turn + 3, s0 + 3 * c, k);
-  AddCross(c, turn + 3, s0, k + 3 * c);
-  AddTransposed(c, m, c, sum0, mass, stride);
-  AddTransposed(c, m2, c, sum1, damping, stride);
-  AddTransposed(c, y, c, sum0, damping, stride);
-  AddTransposed(c, sum0, c, k, stiffness, stride);
-  AddTransposed(c, m, c, sum2, stiffness, stride);
-  AddTransposed(c, y, c, sum1, stiffness, stride);
-  if (needs_rotation) AddTransposed(c, z, c, sum0, stiffness, stride);
-  const auto add = [&](const double* x, Columns* sum) {
-    double* const to = sum->data();
-    for (int i = 0; i < size; ++i) to[i] += x[i];
-  };
-  add(m, &g->mass);
-  add(d, &g->damping);
-  add(k, &g->stiffness);
-  add(y, &g->rate);
-  if (needs_rotation) add(z, &g->rotation);
-  Times6<false, false>(c, local, e, m);
-  AddTransposed(c, e, c, m, stiffness, stride);
+  kernel.AddCross(turn, s0, by_shape);
+  kernel.AddCross(turn + 3, s0 + 3 * d, by_shape);
+  kernel.AddCross(turn + 3, s0, by_shape + 3 * d);
+  kernel.AddTransposed(by_acceleration, d, sum0, mass, stride);
+  kernel.AddTransposed(twice, d, sum1, damping, stride);
+  kernel.AddTransposed(rate, d, sum0, damping, stride);
+  kernel.AddTransposed(sum0, d, by_shape, stiffness, stride);
+  kernel.AddTransposed(by_acceleration, d, sum2, stiffness, stride);
+  kernel.AddTransposed(rate, d, sum1, stiffness, stride);
+  if (needs_rotation) kernel.AddTransposed(rotation, d, sum0, stiffness, stride);
+  kernel.Accumulate(1.0, by_acceleration, g->mass.data());
+  kernel.Accumulate(1.0, by_rate, g->damping.data());
+  kernel.Accumulate(1.0, by_shape, g->stiffness.data());
+  kernel.Accumulate(1.0, rate, g->rate.data());
+  if (needs_rotation) kernel.Accumulate(1.0, rotation, g->rotation.data());
+  kernel.Times6(false, false, local, e, rate);
+  kernel.AddTransposed(e, d, rate, stiffness, stride);
 }
 
+template <int C>
 MANTLE_INLINE void CoupleGroupsOf(int p, const GroupSums& earlier, int c, const GroupSums& group,
                                   bool needs_rotation, const GroupBlocks& upper,
                                   const GroupBlocks& lower, int stride) {
   const double *const e0 = earlier.columns.data(), *const e1 = earlier.columns1.data(),
                       *const e2 = earlier.columns2.data();
   const double *const m = group.mass.data(), *const y = group.rate.data();
-  AddTransposed(p, e0, c, m, upper.mass, stride);
-  AddTransposed(p, e0, c, group.damping.data(), upper.damping, stride);
-  AddTransposed(p, e0, c, group.stiffness.data(), upper.stiffness, stride);
-  AddTransposed(c, m, p, e0, lower.mass, stride);
-  AddTransposed(c, m, p, e1, lower.damping, stride);
-  AddTransposed(c, m, p, e1, lower.damping, stride);
-  AddTransposed(c, y, p, e0, lower.damping, stride);
-  AddTransposed(c, m, p, e2, lower.stiffness, stride);
-  AddTransposed(c, y, p, e1, lower.stiffness, stride);
-  if (needs_rotation) AddTransposed(c, group.rotation.data(), p, e0, lower.stiffness, stride);
+  const Kernel<C> row{C > 0 ? C : p}, column{C > 0 ? C : c};
+  row.AddTransposed(e0, column.c, m, upper.mass, stride);
+  row.AddTransposed(e0, column.c, group.damping.data(), upper.damping, stride);
+  row.AddTransposed(e0, column.c, group.stiffness.data(), upper.stiffness, stride);
+  column.AddTransposed(m, row.c, e0, lower.mass, stride);
+  column.AddTransposed(m, row.c, e1, lower.damping, stride);
+  column.AddTransposed(m, row.c, e1, lower.damping, stride);
+  column.AddTransposed(y, row.c, e0, lower.damping, stride);
+  column.AddTransposed(m, row.c, e2, lower.stiffness, stride);
+  column.AddTransposed(y, row.c, e1, lower.stiffness, stride);
+  if (needs_rotation) {
+    column.AddTransposed(group.rotation.data(), row.c, e0, lower.stiffness, stride);
+  }
 }
 
 }  // namespace
 
-// The usual numbers of columns as constants, so that their loops unroll.
+// The usual number of columns as a constant, so that a row is a register.
 
 MANTLE_VECTOR_CLONES void MakeColumns(int count, const double* e, const double* e1,
                                       const double* e2, IntervalState* s) {
-  if (count == 4) return MakeColumnsOf(4, e, e1, e2, s);
-  if (count == 6) return MakeColumnsOf(6, e, e1, e2, s);
-  MakeColumnsOf(count, e, e1, e2, s);
+  if (count == 4) return MakeColumnsOf<4>(count, e, e1, e2, s);
+  MakeColumnsOf<0>(count, e, e1, e2, s);
 }
 
 MANTLE_VECTOR_CLONES void AddInterval(int count, const Composite& beyond, bool needs_rotation,
                                       const double* e, const Matrix6& local, const IntervalState& s,
                                       GroupSums* group, double* mass, double* damping,
                                       double* stiffness, int stride) {
-  const auto add = [&](int c) __attribute__((always_inline)) {
-    AddIntervalOf(c, beyond, needs_rotation, e, local, s, group, mass, damping, stiffness, stride);
-  };
-  if (count == 4) return add(4);
-  if (count == 6) return add(6);
-  add(count);
+  if (count == 4) {
+    return AddIntervalOf<4>(count, beyond, needs_rotation, e, local, s, group, mass, damping,
+                            stiffness, stride);
+  }
+  AddIntervalOf<0>(count, beyond, needs_rotation, e, local, s, group, mass, damping, stiffness,
+                   stride);
 }
 
 MANTLE_VECTOR_CLONES void CoupleGroups(int earlier_count, const GroupSums& earlier, int count,
                                        const GroupSums& group, bool needs_rotation,
                                        const GroupBlocks& upper, const GroupBlocks& lower,
                                        int stride) {
-  const auto couple = [&](int p, int c) __attribute__((always_inline)) {
-    CoupleGroupsOf(p, earlier, c, group, needs_rotation, upper, lower, stride);
-  };
-  if (count == 4 && earlier_count == 4) return couple(4, 4);
-  if (count == 6 && earlier_count == 6) return couple(6, 6);
-  couple(earlier_count, count);
+  if (count == 4 && earlier_count == 4) {
+    return CoupleGroupsOf<4>(earlier_count, earlier, count, group, needs_rotation, upper, lower,
+                             stride);
+  }
+  CoupleGroupsOf<0>(earlier_count, earlier, count, group, needs_rotation, upper, lower, stride);
 }
 
 }  // namespace mantle::reduced
