@@ -1,21 +1,17 @@
 #include "reduced/arm_columns.h"
 
-#include "reduced/vector_clones.h"
+#include "reduced/row.h"
 
 namespace mantle::reduced {
 namespace {
 
-#define MANTLE_INLINE inline __attribute__((always_inline))
-
 constexpr int kMost = kMostColumns;
 
-// One row of C columns (0: any number) in registers.
-template <int C>
-struct Row {
-  double x[C > 0 ? C : kMost];
+// A row of any number of columns.
+struct AnyRow {
+  double x[kMost];
   int count;
 
-  MANTLE_INLINE explicit Row(int c) : count(C > 0 ? C : c) {}
   MANTLE_INLINE void Zero() {
     for (int j = 0; j < count; ++j) x[j] = 0.0;
   }
@@ -30,20 +26,16 @@ struct Row {
   }
 };
 
-template <>
-struct Row<4> {
-  typedef double Vector __attribute__((vector_size(32)));
-  typedef double Memory __attribute__((vector_size(32), aligned(8), may_alias));
-  Vector x;
-
-  MANTLE_INLINE explicit Row(int) {}
-  MANTLE_INLINE void Zero() { x = Vector{0.0, 0.0, 0.0, 0.0}; }
-  MANTLE_INLINE void Load(const double* from) { x = *reinterpret_cast<const Memory*>(from); }
-  MANTLE_INLINE void Add(double f, const double* from) {
-    x += f * *reinterpret_cast<const Memory*>(from);
+template <int C>
+MANTLE_INLINE auto MakeRow(int count) {
+  if constexpr (C > 0) {
+    return Row<C>();
+  } else {
+    AnyRow row;
+    row.count = count;
+    return row;
   }
-  MANTLE_INLINE void Store(double* to) const { *reinterpret_cast<Memory*>(to) = x; }
-};
+}
 
 // Kernels on 6 x C columns at `x`, c = C or any number.
 template <int C>
@@ -53,7 +45,7 @@ struct Kernel {
   // y = A x (or y += A x) for a 3x3 block by columns and three rows of x.
   MANTLE_INLINE void Times3(bool add, const double* a, const double* x, double* y) const {
     for (int i = 0; i < 3; ++i) {
-      Row<C> sum(c);
+      auto sum = MakeRow<C>(c);
       if (add) {
         sum.Load(y + i * c);
       } else {
@@ -68,7 +60,7 @@ struct Kernel {
   MANTLE_INLINE void AddCross(const double* w, const double* x, double* y) const {
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
-      Row<C> sum(c);
+      auto sum = MakeRow<C>(c);
       sum.Load(y + i * c);
       sum.Add(w[j], x + k * c);
       sum.Add(-w[k], x + j * c);
@@ -102,7 +94,7 @@ struct Kernel {
                             double* y) const {
     const double* const m = a.data();
     for (int i = 0; i < 6; ++i) {
-      Row<C> sum(c);
+      auto sum = MakeRow<C>(c);
       if (add) {
         sum.Load(y + i * c);
       } else {
@@ -117,7 +109,7 @@ struct Kernel {
   MANTLE_INLINE void AddTransposed(const double* x, int d, const double* y, double* out,
                                    int stride) const {
     for (int b = 0; b < d; ++b) {
-      Row<C> sum(c);
+      auto sum = MakeRow<C>(c);
       sum.Load(out + b * stride);
       for (int k = 0; k < 6; ++k) sum.Add(y[k * d + b], x + k * c);
       sum.Store(out + b * stride);
@@ -127,7 +119,7 @@ struct Kernel {
   // y += f x
   MANTLE_INLINE void Accumulate(double f, const double* x, double* y) const {
     for (int i = 0; i < 6; ++i) {
-      Row<C> sum(c);
+      auto sum = MakeRow<C>(c);
       sum.Load(y + i * c);
       sum.Add(f, x + i * c);
       sum.Store(y + i * c);

@@ -4,12 +4,10 @@
 #include <cmath>
 #include <utility>
 
-#include "reduced/vector_clones.h"
+#include "reduced/row.h"
 
 namespace mantle::reduced {
 namespace {
-
-constexpr int kLanes = 4;  // columns of the factors are padded to this
 
 MANTLE_VECTOR_CLONES void FactorColumns(int n, int stride, double* a, double* inverse,
                                         double* column, int* pivot) {
@@ -30,56 +28,49 @@ MANTLE_VECTOR_CLONES void FactorColumns(int n, int stride, double* a, double* in
     for (int i = k + 1; i < n; ++i) column[i] = own[i] *= inverse[k];
     for (int j = k + 1; j < n; ++j) {
       double* const x = a + j * stride;
-      const double u = x[k];
+      const double u = -x[k];
       for (int i = from; i < n; i += kLanes) {
-        for (int l = 0; l < kLanes; ++l) x[i + l] -= u * column[i + l];
+        Row<kLanes> rows;
+        rows.Load(x + i);
+        rows.Add(u, column + i);
+        rows.Store(x + i);
       }
     }
   }
 }
 
-MANTLE_VECTOR_CLONES void SolvePanel(int n, int stride, const double* a, const double* inverse,
-                                     int columns, double* x) {
-  for (int c = 0; c < columns; c += kPanelWidth) {
+MANTLE_VECTOR_CLONES void SolvePanel(int n, std::ptrdiff_t stride, const double* a,
+                                     const double* inverse, std::ptrdiff_t columns, double* x) {
+  for (std::ptrdiff_t c = 0; c < columns; c += kPanelWidth) {
     double* const block = x + c;
-    for (int i = 0; i < n; ++i) {
-      double* const row = block + i * columns;
-      double sum[kPanelWidth];
-      for (int j = 0; j < kPanelWidth; ++j) sum[j] = row[j];
-      for (int k = 0; k < i; ++k) {
-        const double l = a[i + k * stride];
-        const double* const other = block + k * columns;
-        for (int j = 0; j < kPanelWidth; ++j) sum[j] -= l * other[j];
-      }
-      for (int j = 0; j < kPanelWidth; ++j) row[j] = sum[j];
+    for (int i = 1; i < n; ++i) {
+      Row<kPanelWidth> sum;
+      sum.Load(block + i * columns);
+      const double *l = a + i, *other = block;
+      for (int k = 0; k < i; ++k, l += stride, other += columns) sum.Add(-*l, other);
+      sum.Store(block + i * columns);
     }
     for (int i = n - 1; i >= 0; --i) {
-      double* const row = block + i * columns;
-      double sum[kPanelWidth];
-      for (int j = 0; j < kPanelWidth; ++j) sum[j] = row[j];
-      for (int k = i + 1; k < n; ++k) {
-        const double u = a[i + k * stride];
-        const double* const other = block + k * columns;
-        for (int j = 0; j < kPanelWidth; ++j) sum[j] -= u * other[j];
-      }
-      for (int j = 0; j < kPanelWidth; ++j) row[j] = inverse[i] * sum[j];
+      Row<kPanelWidth> sum;
+      sum.Load(block + i * columns);
+      const double *u = a + i + (i + 1) * stride, *other = block + (i + 1) * columns;
+      for (int k = i + 1; k < n; ++k, u += stride, other += columns) sum.Add(-*u, other);
+      sum.Scale(inverse[i]);
+      sum.Store(block + i * columns);
     }
   }
 }
 
-MANTLE_VECTOR_CLONES void AddPanelProduct(int rows, int inner, int columns, int stride,
-                                          const double* a, const double* b, double* c) {
-  for (int at = 0; at < columns; at += kPanelWidth) {
+MANTLE_VECTOR_CLONES void AddPanelProduct(int rows, int inner, std::ptrdiff_t columns,
+                                          std::ptrdiff_t stride, const double* a, const double* b,
+                                          double* c) {
+  for (std::ptrdiff_t at = 0; at < columns; at += kPanelWidth) {
     for (int i = 0; i < rows; ++i) {
-      double* const row = c + at + i * columns;
-      double sum[kPanelWidth];
-      for (int j = 0; j < kPanelWidth; ++j) sum[j] = row[j];
-      for (int k = 0; k < inner; ++k) {
-        const double f = a[i + k * stride];
-        const double* const other = b + at + k * columns;
-        for (int j = 0; j < kPanelWidth; ++j) sum[j] += f * other[j];
-      }
-      for (int j = 0; j < kPanelWidth; ++j) row[j] = sum[j];
+      Row<kPanelWidth> sum;
+      sum.Load(c + at + i * columns);
+      const double *f = a + i, *other = b + at;
+      for (int k = 0; k < inner; ++k, f += stride, other += columns) sum.Add(*f, other);
+      sum.Store(c + at + i * columns);
     }
   }
 }
@@ -88,7 +79,7 @@ MANTLE_VECTOR_CLONES void AddPanelProduct(int rows, int inner, int columns, int 
 
 DenseLu::DenseLu(int n)
     : n_(n),
-      stride_((n + kLanes - 1) / kLanes * kLanes),
+      stride_(Padded(n)),
       lu_(static_cast<std::size_t>(stride_) * n, 0.0),
       inverse_(n, 1.0),
       column_(stride_, 0.0),
@@ -120,20 +111,18 @@ void DenseLu::Solve(Eigen::VectorXd* x) const {
 
 void DenseLu::Solve(Panel* x) const {
   assert(x->rows() == n_ && x->cols() % kPanelWidth == 0);
-  const int columns = static_cast<int>(x->cols());
   for (int k = 0; k < n_; ++k) {
     if (pivot_[k] != k) x->row(k).swap(x->row(pivot_[k]));
   }
-  SolvePanel(n_, stride_, lu_.data(), inverse_.data(), columns, x->data());
+  SolvePanel(n_, stride_, lu_.data(), inverse_.data(), x->cols(), x->data());
 }
 
 void AddProduct(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::Ref<const Panel>& b,
                 Eigen::Ref<Panel> c) {
   assert(a.cols() == b.rows() && a.rows() == c.rows() && b.cols() == c.cols());
   assert(b.cols() % kPanelWidth == 0 && b.outerStride() == b.cols() && c.outerStride() == c.cols());
-  AddPanelProduct(static_cast<int>(a.rows()), static_cast<int>(a.cols()),
-                  static_cast<int>(c.cols()), static_cast<int>(a.outerStride()), a.data(), b.data(),
-                  c.data());
+  AddPanelProduct(static_cast<int>(a.rows()), static_cast<int>(a.cols()), c.cols(), a.outerStride(),
+                  a.data(), b.data(), c.data());
 }
 
 }  // namespace mantle::reduced

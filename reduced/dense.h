@@ -11,7 +11,7 @@
 
 namespace mantle::reduced {
 
-inline constexpr int kPanelWidth = 8;
+inline constexpr int kPanelWidth = 16;
 using Panel = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Columns of a panel that holds `columns`.

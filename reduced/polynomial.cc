@@ -7,7 +7,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "reduced/vector_clones.h"
+#include "reduced/row.h"
 
 namespace mantle::reduced {
 namespace {
@@ -15,19 +15,17 @@ namespace {
 constexpr double kFitTolerance = 1e-9;  // round-off of a well-conditioned fit, with a wide margin
 constexpr int kOversampling = 2;
 constexpr unsigned kSeed = 5;
-constexpr int kLanes = 8;  // columns of a table are padded to this
+constexpr int kWidth = 16;  // columns of a table are padded to this
 
 // sum = table^T x
 MANTLE_VECTOR_CLONES void Sum(int rows, int columns, const double* table, const double* x,
                               double* sum) {
-  for (int at = 0; at < columns; at += kLanes) {
-    double local[kLanes] = {};
-    for (int i = 0; i < rows; ++i) {
-      const double f = x[i];
-      const double* const row = table + at + i * columns;
-      for (int l = 0; l < kLanes; ++l) local[l] += f * row[l];
-    }
-    for (int l = 0; l < kLanes; ++l) sum[at + l] = local[l];
+  for (int at = 0; at < columns; at += kWidth) {
+    Row<kWidth> local;
+    local.Zero();
+    const double* row = table + at;
+    for (int i = 0; i < rows; ++i, row += columns) local.Add(x[i], row);
+    local.Store(sum + at);
   }
 }
 
@@ -83,7 +81,7 @@ Polynomials::Polynomials(
 }
 
 Polynomials::Table Polynomials::MakeTable(int rows, int columns) const {
-  const int padded = (columns + kLanes - 1) / kLanes * kLanes;
+  const int padded = (columns + kWidth - 1) / kWidth * kWidth;
   return {rows, padded, std::vector<double>(static_cast<std::size_t>(rows) * padded, 0.0)};
 }
 
