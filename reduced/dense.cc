@@ -1,5 +1,6 @@
 #include "reduced/dense.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <utility>
@@ -9,51 +10,67 @@
 namespace mantle::reduced {
 namespace {
 
-MANTLE_VECTOR_CLONES void FactorColumns(int n, int stride, double* a, double* inverse,
-                                        double* column, int* pivot) {
+// x[from, to) += f y[from, to), in whole lanes
+MANTLE_INLINE void AddColumn(int from, int to, double f, const double* y, double* x) {
+  for (int i = from / kLanes * kLanes; i < to; i += kLanes) {
+    Row<kLanes> rows;
+    rows.Load(x + i);
+    rows.Add(f, y + i);
+    rows.Store(x + i);
+  }
+}
+
+MANTLE_VECTOR_CLONES void FactorColumns(int n, int stride, double* upper, double* lower,
+                                        double* inverse, int* pivot) {
   for (int k = 0; k < n; ++k) {
-    double* const own = a + k * stride;
+    double *const own = upper + k * stride, *const column = lower + k * stride;
     int p = k;
     for (int i = k + 1; i < n; ++i) {
       if (std::abs(own[i]) > std::abs(own[p])) p = i;
     }
     pivot[k] = p;
     if (p != k) {
-      for (int j = 0; j < n; ++j) std::swap(a[k + j * stride], a[p + j * stride]);
+      for (int j = 0; j < k; ++j) std::swap(lower[k + j * stride], lower[p + j * stride]);
+      for (int j = k; j < n; ++j) std::swap(upper[k + j * stride], upper[p + j * stride]);
     }
     inverse[k] = 1.0 / own[k];
-    // zeros above, so that the update below runs over whole lanes
-    const int from = (k + 1) / kLanes * kLanes;
-    for (int i = from; i <= k; ++i) column[i] = 0.0;
-    for (int i = k + 1; i < n; ++i) column[i] = own[i] *= inverse[k];
+    for (int i = 0; i <= k; ++i) column[i] = 0.0;
+    for (int i = k + 1; i < n; ++i) {
+      column[i] = own[i] * inverse[k];
+      own[i] = 0.0;
+    }
     for (int j = k + 1; j < n; ++j) {
-      double* const x = a + j * stride;
-      const double u = -x[k];
-      for (int i = from; i < n; i += kLanes) {
-        Row<kLanes> rows;
-        rows.Load(x + i);
-        rows.Add(u, column + i);
-        rows.Store(x + i);
-      }
+      AddColumn(k + 1, n, -upper[k + j * stride], column, upper + j * stride);
     }
   }
 }
 
-MANTLE_VECTOR_CLONES void SolvePanel(int n, std::ptrdiff_t stride, const double* a,
-                                     const double* inverse, std::ptrdiff_t columns, double* x) {
+MANTLE_VECTOR_CLONES void SolveVector(int n, int stride, const double* upper, const double* lower,
+                                      const double* inverse, double* x) {
+  for (int k = 0; k < n; ++k) AddColumn(k + 1, n, -x[k], lower + k * stride, x);
+  for (int k = n - 1; k >= 0; --k) {
+    const double f = inverse[k] * x[k];
+    AddColumn(0, k, -f, upper + k * stride, x);
+    x[k] = f;
+  }
+}
+
+MANTLE_VECTOR_CLONES void SolvePanel(int n, std::ptrdiff_t stride, const double* upper,
+                                     const double* lower, const double* inverse,
+                                     std::ptrdiff_t columns, double* x) {
   for (std::ptrdiff_t c = 0; c < columns; c += kPanelWidth) {
     double* const block = x + c;
     for (int i = 1; i < n; ++i) {
       Row<kPanelWidth> sum;
       sum.Load(block + i * columns);
-      const double *l = a + i, *other = block;
+      const double *l = lower + i, *other = block;
       for (int k = 0; k < i; ++k, l += stride, other += columns) sum.Add(-*l, other);
       sum.Store(block + i * columns);
     }
     for (int i = n - 1; i >= 0; --i) {
       Row<kPanelWidth> sum;
       sum.Load(block + i * columns);
-      const double *u = a + i + (i + 1) * stride, *other = block + (i + 1) * columns;
+      const double *u = upper + i + (i + 1) * stride, *other = block + (i + 1) * columns;
       for (int k = i + 1; k < n; ++k, u += stride, other += columns) sum.Add(-*u, other);
       sum.Scale(inverse[i]);
       sum.Store(block + i * columns);
@@ -80,33 +97,25 @@ MANTLE_VECTOR_CLONES void AddPanelProduct(int rows, int inner, std::ptrdiff_t co
 DenseLu::DenseLu(int n)
     : n_(n),
       stride_(Padded(n)),
-      lu_(static_cast<std::size_t>(stride_) * n, 0.0),
+      lower_(static_cast<std::size_t>(stride_) * n, 0.0),
+      upper_(lower_),
       inverse_(n, 1.0),
-      column_(stride_, 0.0),
+      vector_(stride_, 0.0),
       pivot_(n, 0) {}
 
 void DenseLu::Factor(const Eigen::MatrixXd& a) {
   assert(a.rows() == n_ && a.cols() == n_);
-  for (int j = 0; j < n_; ++j) {
-    for (int i = 0; i < n_; ++i) lu_[i + j * stride_] = a(i, j);
-  }
-  FactorColumns(n_, stride_, lu_.data(), inverse_.data(), column_.data(), pivot_.data());
+  for (int j = 0; j < n_; ++j) std::copy_n(&a(0, j), n_, &upper_[j * stride_]);
+  FactorColumns(n_, stride_, upper_.data(), lower_.data(), inverse_.data(), pivot_.data());
 }
 
-void DenseLu::Solve(Eigen::VectorXd* x) const {
+void DenseLu::Solve(Eigen::VectorXd* x) {
   assert(x->size() == n_);
-  double* const v = x->data();
+  double* const v = vector_.data();
+  std::copy_n(x->data(), n_, v);
   for (int k = 0; k < n_; ++k) std::swap(v[k], v[pivot_[k]]);
-  for (int k = 0; k < n_; ++k) {
-    const double* const column = lu_.data() + k * stride_;
-    const double f = v[k];
-    for (int i = k + 1; i < n_; ++i) v[i] -= f * column[i];
-  }
-  for (int k = n_ - 1; k >= 0; --k) {
-    const double* const column = lu_.data() + k * stride_;
-    const double f = v[k] *= inverse_[k];
-    for (int i = 0; i < k; ++i) v[i] -= f * column[i];
-  }
+  SolveVector(n_, stride_, upper_.data(), lower_.data(), inverse_.data(), v);
+  std::copy_n(v, n_, x->data());
 }
 
 void DenseLu::Solve(Panel* x) const {
@@ -114,7 +123,7 @@ void DenseLu::Solve(Panel* x) const {
   for (int k = 0; k < n_; ++k) {
     if (pivot_[k] != k) x->row(k).swap(x->row(pivot_[k]));
   }
-  SolvePanel(n_, stride_, lu_.data(), inverse_.data(), x->cols(), x->data());
+  SolvePanel(n_, stride_, upper_.data(), lower_.data(), inverse_.data(), x->cols(), x->data());
 }
 
 void AddProduct(const Eigen::Ref<const Eigen::MatrixXd>& a, const Eigen::Ref<const Panel>& b,

@@ -27,12 +27,13 @@ class DenseLu {
 
   void Factor(const Eigen::MatrixXd& a);
   /// x = A^-1 x.
-  void Solve(Eigen::VectorXd* x) const;
+  void Solve(Eigen::VectorXd* x);
   void Solve(Panel* x) const;
 
  private:
   int n_, stride_;
-  std::vector<double> lu_, inverse_, column_;  // by columns; 1 / diagonal of U; one column of L
+  std::vector<double> lower_, upper_;     // by columns, padded, zero outside their triangles
+  std::vector<double> inverse_, vector_;  // 1 / diagonal of U; scratch
   std::vector<int> pivot_;
 };
 

@@ -1,5 +1,6 @@
 #include "reduced/step.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mantle::reduced {
@@ -15,6 +16,7 @@ constexpr double kGamma2 = 0.29289321881345254;  // 1 - 1/sqrt(2): L-stable SDIR
 constexpr double kPoorContraction = 2.0;
 constexpr double kDivergence = 1e6;
 constexpr double kAssumedContraction = 0.1;
+constexpr double kAssumedCurvature = 10.0;  // with a new matrix the error squares, times this
 constexpr double kLargestShare = 0.8;  // of the last step that Broyden's correction may add again
 constexpr int kHalvings = 8;           // of a step into a shape that cannot be
 constexpr int kUpdates = 12;           // kept
@@ -37,6 +39,10 @@ StepJacobian::StepJacobian(const ReducedModel& model) {
   state.setZero(2 * n, 2 * n);
   input.setZero(2 * n, model.input_count());
   step.setZero(2 * n);
+}
+
+StepStages::StepStages(const ReducedModel& model) {
+  for (VectorX& y : increment) y.setZero(model.velocity_count());
 }
 
 StepWork::StepWork(const ReducedModel& model)
@@ -87,7 +93,7 @@ class StepSolver {
         n_(model.velocity_count()),
         free_(model.plant.root_free()) {}
 
-  bool Solve(bool derivatives, StepOutcome* outcome) {
+  bool Solve(bool derivatives, const StepStages* guess, StepOutcome* outcome) {
     for (int i = 0; i < scheme_.stages; ++i) {
       StepWork::Stage& s = work_.stages_[i];
       if (i == 0) {
@@ -98,14 +104,22 @@ class StepSolver {
         s.y_known = (h_ * scheme_.a21) * p.y_rate;
         s.v_known = from_.v + (h_ * scheme_.a21) * p.acceleration;
       }
-      // the rate goes on as it was
-      s.y = s.y_known + (1.0 / sigma_) * (i == 0 ? s.v_known : work_.stages_[0].y_rate);
+      if (guess != nullptr) {
+        s.y = guess->increment[i];
+      } else {  // the rate goes on as it was
+        s.y = s.y_known + (1.0 / sigma_) * (i == 0 ? s.v_known : work_.stages_[0].y_rate);
+      }
       if (!SolveStage(i, derivatives, outcome)) return false;
       if (!derivatives) continue;
       Correct(i);
       if (!Differentiate(i)) return Fail(outcome, "the stage's matrix is singular");
     }
     return true;
+  }
+
+  void Remember(StepStages* stages) const {
+    for (int i = 0; i < scheme_.stages; ++i) stages->increment[i] = work_.stages_[i].y;
+    stages->known = true;
   }
 
   void Finish(ReducedState* to) const {
@@ -213,7 +227,8 @@ class StepSolver {
         have_matrix_ = false;
         Unpack(i);
       }
-      if (!have_matrix_) {
+      const bool fresh = !have_matrix_;
+      if (fresh) {
         Factor(i, false);
         have_matrix_ = true;
         updates = 0;
@@ -237,12 +252,13 @@ class StepSolver {
       work_.last_.array() = step.array() / work_.scale_.array();
       s.y += work_.last_;
       ++outcome->iterations;
-      const double contraction = k > 0 ? size / previous : kAssumedContraction;
+      const double contraction = fresh ? std::min(kAssumedContraction, kAssumedCurvature * size)
+                                       : (k > 0 ? size / previous : kAssumedContraction);
       if (contraction < 1.0 && size * contraction < settings_.tolerance * (1.0 - contraction)) {
         Unpack(i);
         return !derivatives || Evaluate(i, outcome);
       }
-      if (updates == work_.steps_.cols() || (k > 0 && contraction > kPoorContraction)) {
+      if (updates == work_.steps_.cols() || (k > 0 && size > kPoorContraction * previous)) {
         have_matrix_ = false;
       } else {
         work_.steps_.col(updates) = step;
@@ -361,7 +377,7 @@ class StepSolver {
 
 StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, double h,
                      const ReducedState& from, const PlantInputs& first, const PlantInputs& last,
-                     StepWork* work, ReducedState* to, StepJacobian* jacobian) {
+                     StepWork* work, ReducedState* to, StepJacobian* jacobian, StepStages* stages) {
   StepOutcome outcome;
   if (from.q.size() != model.coordinate_count() || from.v.size() != model.velocity_count()) {
     outcome.ok = false;
@@ -376,7 +392,11 @@ StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, do
     return outcome;
   }
   StepSolver solver(model, settings, h, from, first, last, work);
-  if (!solver.Solve(jacobian != nullptr, &outcome)) return outcome;
+  const StepStages* const guess = stages != nullptr && stages->known ? stages : nullptr;
+  const bool solved = solver.Solve(jacobian != nullptr, guess, &outcome);
+  if (stages != nullptr) stages->known = false;
+  if (!solved) return outcome;
+  if (stages != nullptr) solver.Remember(stages);
   solver.Finish(to);
   if (jacobian != nullptr) solver.FinishJacobian(jacobian);
   return outcome;
