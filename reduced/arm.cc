@@ -130,8 +130,9 @@ ReducedCable MakeCable(const model::Plant& plant, int a, int c, const ArmReducti
     p.piece = piece;
     p.element.length = weight;
     p.reference = weight * model::ArmRestStrain(arm, x);
-    basis.Evaluate(p.group, x, &p.basis);
-    p.basis *= weight;
+    Matrix6X b;
+    basis.Evaluate(p.group, x, &b);
+    p.basis = weight * b;
     rest += CablePieceLength(p.piece, p.element, p.reference, nullptr, nullptr);
     out.points.push_back(std::move(p));
   };

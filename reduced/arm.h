@@ -39,7 +39,7 @@ struct CablePoint {
   model::CablePiece piece;
   model::RodElement element;  ///< only its length, the quadrature weight, is used
   Vector6 reference;          ///< weight xi*
-  Matrix6X basis;             ///< weight B
+  Columns basis;              ///< weight B
 };
 
 struct ReducedCable {

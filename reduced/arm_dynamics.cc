@@ -176,11 +176,10 @@ void EvaluateCable(const ReducedArm& arm, const ArmMotion& m, int c, ArmWork* wo
   double rate = 0;
   for (const CablePoint& p : arm.cables[c].points) {
     const StrainGroup& group = arm.basis.groups()[p.group];
-    const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
     Vector6 g;
-    const Vector6 d = p.reference + p.basis.lazyProduct(q);
+    const Vector6 d = p.reference + Times(p.basis, m.q + group.first);
     length += CablePieceLength(p.piece, p.element, d, &g, nullptr);
-    gradient.segment(group.first, group.columns).noalias() += p.basis.transpose().lazyProduct(g);
+    AddTransposed(p.basis, g, gradient.data() + group.first);
   }
   for (int i = 0; i < gradient.size(); ++i) rate += gradient(i) * m.q_dot[i];
   work->cable_length_m[c] = length;
