@@ -50,7 +50,8 @@ struct VehicleOptions {
 };
 
 /// Coupling steps per period that keep drum and cable resolved: the drum's mass on a cable of this
-/// stiffness turns by at most half a radian per step (docs/vehicle.md has the measurement).
+/// stiffness turns by at most a quarter of a radian per step (docs/vehicle.md has the measurement).
+/// A step is a whole number of the drives' sub-steps.
 int CouplingSteps(const model::DriveOptions& options);
 
 /// The figures of the simulated drive (firmware_sim/motor_data.h).
