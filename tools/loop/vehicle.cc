@@ -291,7 +291,7 @@ double Vehicle::ReportedRate_m_s(int i) const {
 StepStatus Vehicle::Stop() {
   RequestStop();
   std::vector<MotorCommand> none(reels_.size());
-  for (const std::int64_t end_us = now_us_ + kStopLimit_us; !stopped();) {
+  for (const std::int64_t end_us = now_us_ + kStopLimit_us; !(stopped() && rack_->braked());) {
     if (now_us_ >= end_us) return {false, "drives did not stop:\n" + Describe(*master_)};
     if (StepStatus status = Cycle(none); !status.ok) return status;
   }

@@ -91,7 +91,8 @@ class Vehicle {
   /// commands without effect.
   void RequestStop() { master_->Stop(now_us_); }
   bool stopped() const { return master_->stopped(); }
-  /// RequestStop and cycles until stopped. The reason of a failure names the drive.
+  /// RequestStop and cycles until every drive is stopped and its cable let go. The reason of a
+  /// failure names the drive.
   model::StepStatus Stop();
 
   /// One period in which the master says nothing, as if its program had died: no RPDO, no SYNC, no
