@@ -127,9 +127,9 @@ void ClosedLoop::Command(double t_s, const reduced::ReducedState* estimate, Loop
   for (Eigen::Index i = 0; i < command_.size(); ++i) {
     if (!std::isfinite(command_(i))) command_(i) = before_(i);
   }
-  tension_ = command_;
+  asked_ = command_;
   controller::LimitTensions(control_.motors, before_, period, command_);
-  result->limit_touches += ((tension_ - command_).array().abs() > kCut_n).count();
+  result->limit_touches += ((asked_ - command_).array().abs() > kCut_n).count();
   const controller::WinchMap& map = vehicle_.winch_map();
   for (int i = 0; i < vehicle_.motor_count(); ++i) {
     const double drum = vehicle_.reel(i).gain_square * command_(i);

@@ -114,7 +114,7 @@ class ClosedLoop {
   controller::PositionHistory history_;
   Vehicle vehicle_;
   reduced::ReducedState truth_;
-  model::VectorX command_, before_, tension_, pulled_, residual_;
+  model::VectorX command_, asked_, before_, tension_, pulled_, residual_;
   std::vector<MotorCommand> torques_;
   std::vector<double> work_before_j_;
   long control_every_;
