@@ -1,5 +1,7 @@
 #include "reduced/projection.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <cmath>
 
@@ -44,9 +46,10 @@ Projection::Projection(const ReducedModel& model)
     }
     Eigen::FullPivLU<Eigen::MatrixXd> lu(normal);
     if (!lu.isInvertible()) {
-      throw model::BadRobot("reduced.arms." + rod.name +
-                            ": more strain coordinates than the plant's elements can tell apart; "
-                            "use more elements");
+      throw model::BadRobot(
+          fmt::format("reduced.arms.{}: {} strain coordinates; the plant's {} elements tell only "
+                      "{} apart, use more elements",
+                      rod.name, arm.size(), rod.element_count(), lu.rank()));
     }
     normal_inverse_.push_back(lu.inverse());
     element_basis_.push_back(std::move(rows));

@@ -15,6 +15,7 @@ namespace mantle::reduced {
 
 class Projection {
  public:
+  /// Throws model::BadRobot where the plant's mesh is too coarse to tell the strains apart.
   explicit Projection(const ReducedModel& model);
 
   /// `to` is sized as InitialState(model.plant). No allocation.

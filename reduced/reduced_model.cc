@@ -128,14 +128,9 @@ ReducedState InitialState(const ReducedModel& model) {
   ReducedState s;
   s.q = VectorX::Zero(model.coordinate_count());
   s.v = VectorX::Zero(model.velocity_count());
-  s.root = model.plant.robot.root_pose;
-  s.v.head<6>() = model.plant.robot.root_twist;
-  if (!model.plant.root_free()) {
-    model::PlantInputs inputs;
-    EvaluateInputs(model.plant, 0.0, false, &inputs);
-    s.root = inputs.root_pose;
-    s.v.head<6>() = inputs.root_twist;
-  }
+  const model::PlantState full = InitialState(model.plant);
+  s.root = full.pose[0];
+  s.v.head<6>() = full.velocity.head<6>();
   return s;
 }
 

@@ -52,7 +52,7 @@ class ReducedModel {
   int mantle_first_{0}, coordinates_{0};
 };
 
-/// Reference shape at the robot's initial pose and root twist.
+/// Reference shape, at rest relative to the root, at the robot's initial pose and root twist.
 ReducedState InitialState(const ReducedModel& model);
 
 /// Overwrites every input that an actuator drives with the sum of gain times u: tensions of cables

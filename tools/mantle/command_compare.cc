@@ -56,11 +56,11 @@ int Compare(const SceneOptions& options) {
   // An output interval shorter than the plant's step would sample each at its own steps.
   scene.run.step_s = std::min(scene.run.step_s, 0.5 * scene.run.output_interval_s);
   const auto small = BuildReduced(options, scene);
+  reduced::ReducedSimulation fast = BuildSimulation(options, scene, *small);
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
   RemoveOldResults(folder, {"summary.json", "full.csv", "reduced.csv"});
   CatchInterrupts();
-  reduced::ReducedSimulation fast(*small, reduced::RunSettingsOf(scene.run, scene.reduction));
   const Recorded quick = Record(&fast, scene.run.duration_s);
   auto plant = InScene(
       options, [&] { return std::make_unique<model::Simulation>(small->plant, scene.run); });
