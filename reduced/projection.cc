@@ -136,6 +136,12 @@ bool Projection::ProjectArm(int a, const model::PlantState& from, ReducedState* 
 }
 
 bool Projection::Project(const model::PlantState& from, ReducedState* to) {
+  if (from.pose.size() != trial_.pose.size() || from.velocity.size() != trial_.velocity.size() ||
+      from.shape.size() != trial_.shape.size()) {
+    return false;
+  }
+  to->q.resize(model_.coordinate_count());
+  to->v.resize(model_.velocity_count());
   to->time_s = from.time_s;
   to->root = from.pose[0];
   to->q.setZero();

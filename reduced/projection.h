@@ -21,7 +21,8 @@ class Projection {
   /// `to` is sized as InitialState(model.plant). No allocation.
   void Lift(const ReducedState& from, model::PlantState* to);
 
-  /// Returns false where the iteration does not converge (an element turned too far).
+  /// Returns false where the iteration does not converge (an element turned too far) or the state
+  /// is of another plant; `to` is then not a state.
   bool Project(const model::PlantState& from, ReducedState* to);
 
  private:

@@ -134,6 +134,19 @@ ReducedState InitialState(const ReducedModel& model) {
   return s;
 }
 
+std::string SizeComplaint(const ReducedModel& model, const ReducedState& state) {
+  const auto complaint = [](const char* name, long have, int want) {
+    return fmt::format("{} has {} entries, must be {}", name, have, want);
+  };
+  if (state.q.size() != model.coordinate_count()) {
+    return complaint("q", state.q.size(), model.coordinate_count());
+  }
+  if (state.v.size() != model.velocity_count()) {
+    return complaint("v", state.v.size(), model.velocity_count());
+  }
+  return {};
+}
+
 void ApplyControls(const ReducedModel& model, const double* u, model::PlantInputs* inputs) {
   for (const Actuator& actuator : model.actuators) {
     for (const ActuatorTarget& t : actuator.targets) {

@@ -55,6 +55,9 @@ class ReducedModel {
 /// Reference shape, at rest relative to the root, at the robot's initial pose and root twist.
 ReducedState InitialState(const ReducedModel& model);
 
+/// Empty, or how the state's sizes differ from the model's ("q has 3 entries, must be 19").
+std::string SizeComplaint(const ReducedModel& model, const ReducedState& state);
+
 /// Overwrites every input that an actuator drives with the sum of gain times u: tensions of cables
 /// (or lengths of their reels), amplitudes, pressures. u has input_count() entries.
 void ApplyControls(const ReducedModel& model, const double* u, model::PlantInputs* inputs);

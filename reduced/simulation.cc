@@ -48,6 +48,9 @@ ReducedSimulation::ReducedSimulation(const ReducedModel& model, const ReducedRun
 }
 
 model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
+  if (const std::string complaint = SizeComplaint(model_, state_); !complaint.empty()) {
+    return {false, fmt::format("{}: state: {}", model_.plant.robot.name, complaint)};
+  }
   const double share = FirstStageTime(settings_.step.scheme);
   while (state_.time_s < t_s - kSameTime_s) {
     const double next = std::min(t_s, NextBreakpoint(model_.plant, state_.time_s));

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "model/simulation.h"
 #include "reduced/simulation.h"
 #include "tests/reduced/reduced_robots.h"
@@ -219,84 +217,6 @@ TEST(Step, RemainderOfTheJacobianIsOfSecondOrder) {
   EXPECT_LT(ratio, 4.5);
 }
 
-bool AllFinite(const ReducedState& s) {
-  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite();
-}
-
-// A step either succeeds with finite numbers or is refused with a cause.
-void ExpectSaneRun(const model::Robot& robot, const Reduction& reduction, double size, int steps) {
-  const ReducedModel model(robot, reduction);
-  ReducedState s = RandomReducedState(model, size, 3), next = s;
-  const PlantInputs inputs = SomeInputs(model, 1.0);
-  StepWork work(model);
-  StepJacobian jacobian(model);
-  for (int i = 0; i < steps; ++i) {
-    const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, &jacobian);
-    if (!o.ok) {
-      EXPECT_NE(o.cause, nullptr);
-      EXPECT_NE(o.body, nullptr);
-      return;
-    }
-    ASSERT_TRUE(AllFinite(next));
-    ASSERT_TRUE(jacobian.state.allFinite() && jacobian.input.allFinite() &&
-                jacobian.step.allFinite());
-    s = next;
-  }
-}
-
-TEST(StepHardCases, ZeroStateAtRest) { ExpectSaneRun(tests::ControlRobot(8, 24), {}, 0.0, 20); }
-
-TEST(StepHardCases, SoftStiffAndAnyAddedMass) {
-  for (double factor : {0.01, 1.0, 100.0}) {
-    model::Robot robot = tests::ControlRobot(8, 24);
-    robot.arms[0].material.young_pa *= factor;
-    ExpectSaneRun(robot, {}, 0.3, 20);
-  }
-  for (double ratio : {0.1, 100.0}) {
-    model::Robot robot = tests::ControlRobot(8, 24);
-    robot.arms[0].added_mass_coefficient = ratio;
-    ExpectSaneRun(robot, {}, 0.3, 20);
-  }
-}
-
-TEST(StepHardCases, FullTaper) {
-  model::Robot robot = tests::ControlRobot(8, 24);
-  robot.arms[0].radius_tip_m = 1e-5;
-  ExpectSaneRun(robot, {}, 0.3, 20);
-}
-
-TEST(StepHardCases, StrainThroughPiAndTwoPiPerSegment) {
-  Reduction r;
-  r.arms[0].segments = 2;
-  const model::Robot robot = tests::ControlRobot(8, 24);
-  const ReducedModel model(robot, r);
-  PlantInputs inputs = SomeInputs(model, 0.0);
-  StepWork work(model);
-  StepJacobian jacobian(model);
-  for (double turn : {std::numbers::pi, 2 * std::numbers::pi, 3 * 2 * std::numbers::pi}) {
-    ReducedState s = InitialState(model), next = s;
-    s.q(2) = turn / 0.21;
-    s.q(6) = -turn / 0.21;
-    const StepOutcome o = TakeStep(model, {}, 0.01, s, inputs, inputs, &work, &next, &jacobian);
-    if (o.ok) {
-      EXPECT_TRUE(AllFinite(next) && jacobian.state.allFinite());
-    } else {
-      EXPECT_NE(o.cause, nullptr);
-    }
-  }
-}
-
-TEST(StepHardCases, ClosedMantleIsRefusedWithAReason) {
-  const ReducedModel model(tests::ControlRobot(8, 24), {});
-  ReducedState s = InitialState(model), next = s;
-  s.q(model.mantle_first() + 2) = 40 * model.mantle->basis.scale(2);
-  StepWork work(model);
-  const PlantInputs inputs = SomeInputs(model, 0.0);
-  const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, nullptr);
-  EXPECT_FALSE(o.ok);
-  ASSERT_NE(o.cause, nullptr);
-}
-
 TEST(StepBadInput, WrongSizeAndStepAreRefused) {
   const ReducedModel model(tests::ControlRobot(8, 24), {});
   ReducedState s = InitialState(model), next = s;
@@ -308,32 +228,6 @@ TEST(StepBadInput, WrongSizeAndStepAreRefused) {
   const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, nullptr);
   EXPECT_FALSE(o.ok);
   EXPECT_STREQ(o.cause, "the state has the wrong size for this model");
-}
-
-TEST(StepBadInput, ModelsThatCannotBeAreRefused) {
-  model::Robot frozen = tests::ControlRobot(8, 24);
-  frozen.coupling = model::Coupling::kFrozen;
-  EXPECT_THROW(ReducedModel(frozen, {}), model::BadRobot);
-  Reduction r;
-  r.arms.resize(3);
-  EXPECT_THROW(ReducedModel(tests::ControlRobot(8, 24), r), model::BadRobot);
-  r = {};
-  r.actuators = {{"motor", {{ActuatorTarget::Kind::kCable, 17, 1.0}}}};
-  EXPECT_THROW(ReducedModel(tests::ControlRobot(8, 24), r), model::BadRobot);
-}
-
-TEST(Controls, GangedCablesShareOneInput) {
-  Reduction r;
-  r.actuators = {
-      {"pair", {{ActuatorTarget::Kind::kCable, 0, 1.0}, {ActuatorTarget::Kind::kCable, 2, 0.5}}}};
-  const ReducedModel model(tests::ControlRobot(8, 24), r);
-  ASSERT_EQ(model.input_count(), 1);
-  PlantInputs inputs = SomeInputs(model, 1.0);
-  const double u = 0.4, other = inputs.cables[1].tension_n;
-  ApplyControls(model, &u, &inputs);
-  EXPECT_EQ(inputs.cables[0].tension_n, 0.4);
-  EXPECT_EQ(inputs.cables[2].tension_n, 0.2);
-  EXPECT_EQ(inputs.cables[1].tension_n, other);
 }
 
 }  // namespace
