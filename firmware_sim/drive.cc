@@ -42,9 +42,10 @@ Drive::Drive(const DriveConfig& config, std::int64_t start_us)
       next_tick_us_(start_us + kControlTick_us) {
   if (!SetCable(config.cable)) {
     throw std::invalid_argument(fmt::format(
-        "cable of drive {}: tension {} N, stiffness {} N/m, at {} m reeled in: must be finite, the "
-        "stiffness not below 0",
-        config.node, config.cable.tension_n, config.cable.stiffness_n_m, config.cable.at_reeled_m));
+        "cable of drive {}: tension {} N, changing by {} N/s, stiffness {} N/m, damping {} N s/m, "
+        "at {} m reeled in: must be finite, stiffness and damping not below 0",
+        config.node, config.cable.tension_n, config.cable.tension_rate_n_s,
+        config.cable.stiffness_n_m, config.cable.damping_n_s_m, config.cable.at_reeled_m));
   }
   node_.Boot(start_us, false);
   state_ = DriveState::kSwitchOnDisabled;  // transitions 0 and 1
@@ -52,10 +53,11 @@ Drive::Drive(const DriveConfig& config, std::int64_t start_us)
 }
 
 bool Drive::SetCable(const CableLoad& cable) {
-  if (!std::isfinite(cable.tension_n) || !std::isfinite(cable.at_reeled_m) ||
-      !std::isfinite(cable.stiffness_n_m) || cable.stiffness_n_m < 0.0) {
-    return false;
+  for (const double value : {cable.tension_n, cable.tension_rate_n_s, cable.at_reeled_m,
+                             cable.stiffness_n_m, cable.damping_n_s_m}) {
+    if (!std::isfinite(value)) return false;
   }
+  if (cable.stiffness_n_m < 0.0 || cable.damping_n_s_m < 0.0) return false;
   around_.cable = cable;
   return true;
 }
@@ -89,6 +91,7 @@ void Drive::SubStep() {
                                            encoder_broken_ ? 0.0 : speed_rad_s, Supply_v());
   }
   winch_.Step(command, around_);
+  around_.cable.tension_n += around_.cable.tension_rate_n_s * kSubStep_s;
   if (std::abs(winch_.current_a()) > kStage.over_current_a) stage_tripped_ = true;
 }
 

@@ -59,7 +59,7 @@ class Drive {
   bool TakeFrame(CanFrame& frame) { return node_.TakeFrame(frame); }
 
   /// The cable around the plant's present state; refused (false) where it is not finite or its
-  /// stiffness is negative, the last one then stays.
+  /// stiffness or damping is negative, the last one then stays.
   bool SetCable(const CableLoad& cable);
   void SetSupply(double supply_v) { supply_v_ = supply_v; }
   void SetAmbient(double ambient_c) { ambient_c_ = ambient_c; }

@@ -48,10 +48,12 @@ void Winch::Step(const WinchCommand& command, const Surroundings& around) {
   }
 
   const CableLoad& cable = around.cable;
-  const double start_n =
-      cable.tension_n + cable.stiffness_n_m * (s * angle_rad_ - cable.at_reeled_m);
+  // Mean tension of the sub-step: spring_n + slope_n_s_rad * mean speed.
+  const double spring_n = cable.tension_n + 0.5 * cable.tension_rate_n_s * step_s_ +
+                          cable.stiffness_n_m * (s * angle_rad_ - cable.at_reeled_m);
+  const double slope_n_s_rad = s * (0.5 * cable.stiffness_n_m * step_s_ + cable.damping_n_s_m);
+  const double start_n = spring_n + cable.damping_n_s_m * rate_m_s();
   const bool taut = start_n > 0.0;
-  const double stiffness_n_rad = 0.5 * cable.stiffness_n_m * s * step_s_;
   double coulomb_nm = motor_.friction_torque_nm;
   if (command.brake_closed) coulomb_nm += winch_.brake_torque_nm;
   if (taut) coulomb_nm += load_friction_ * s * start_n;
@@ -63,9 +65,9 @@ void Winch::Step(const WinchCommand& command, const Surroundings& around) {
   tension_n_ = 0.0;
   if (taut) {
     const double load = mean_load_ * s;
-    next = Solve(drive_nm - load * start_n, damping_nms + load * stiffness_n_rad, coulomb_nm,
+    next = Solve(drive_nm - load * spring_n, damping_nms + load * slope_n_s_rad, coulomb_nm,
                  friction_nm);
-    tension_n_ = start_n + stiffness_n_rad * 0.5 * (speed_rad_s_ + next);
+    tension_n_ = spring_n + slope_n_s_rad * 0.5 * (speed_rad_s_ + next);
   }
   if (!taut || tension_n_ < 0.0) {
     tension_n_ = 0.0;

@@ -27,19 +27,24 @@ inline constexpr std::int64_t kSubStep_us = 100;
 inline constexpr double kSubStep_s = 1e-6 * static_cast<double>(kSubStep_us);
 
 /// The cable as the drum feels it, around the length where the plant evaluated it:
-/// T = max(0, tension + stiffness (reeled - at_reeled)). A drive without a plant hauls a spring:
-/// tension 0 at the reeled length where the slack is taken up.
+///
+///   T = max(0, tension + tension_rate t + stiffness (reeled - at_reeled) + damping d(reeled)/dt)
+///
+/// with t since the load was set and the rate what the cable's other end does by itself. A drive
+/// without a plant hauls a spring: tension 0 at the reeled length where the slack is taken up.
 struct CableLoad {
   double tension_n{0.0};
   double stiffness_n_m{0.0};
   double at_reeled_m{0.0};
+  double damping_n_s_m{0.0};
+  double tension_rate_n_s{0.0};
 };
 
 /// What surrounds the winch.
 struct Surroundings {
   double ambient_c{22.0};
   double winding_short_factor{1.0};  ///< below 1: turns are shorted
-  CableLoad cable{};
+  CableLoad cable{};                 ///< its tension is that at the beginning of a sub-step
 };
 
 /// What the power stage does over a sub-step.

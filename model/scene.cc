@@ -110,6 +110,7 @@ Scene ReadScene(const TomlValue& document, SceneContext* context) {
   Scene scene;
   scene.name = root.Name("name", std::filesystem::path(context->name).stem().string());
   scene.description = root.Text("description", "");
+  root.Text("extends", "");
   scene.robot.name = scene.name;
   if (auto water = root.OptionalTable("water")) {
     scene.robot.water.density_kg_m3 =
@@ -136,9 +137,56 @@ Scene ReadScene(const TomlValue& document, SceneContext* context) {
   if (auto reduced = root.OptionalTable("reduced")) {
     scene.reduction = ReadReduction(*reduced, scene.robot);
   }
+  if (auto control = root.OptionalTable("control")) {
+    if (scene.reduction.actuators.empty()) scene.reduction.actuators = CableActuators(scene.robot);
+    if (scene.reduction.actuators.empty()) {
+      root.Fail("control", "there is no cable to pull: give arms or mantle cables");
+    }
+    for (const Actuator& motor : scene.reduction.actuators) {
+      for (const ActuatorTarget& target : motor.targets) {
+        if (target.kind != ActuatorTarget::Kind::kCable) {
+          root.Fail("control", "motor " + motor.name + " drives what is no cable");
+        }
+      }
+    }
+    scene.control = ReadControl(*control, scene.robot, scene.reduction.actuators);
+  }
+  if (auto drives = root.OptionalTable("drives")) scene.drives = ReadDrives(*drives);
+  if (auto sensors = root.OptionalTable("sensors")) scene.sensors = ReadSensors(*sensors);
+  if (auto mismatch = root.OptionalTable("mismatch")) scene.mismatch = ReadMismatch(*mismatch);
   root.Finish();
   CheckScene(scene.robot, gravity_given, *context);
   return scene;
+}
+
+std::string ReadText(const std::filesystem::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in || std::filesystem::is_directory(file)) {
+    throw BadScene(
+        fmt::format("{}: cannot be read: {}", file.string(),
+                    std::filesystem::exists(file) ? "is not a readable file" : "no such file"));
+  }
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+// The document with what it `extends` merged under it.
+TomlValue ParseExtended(std::string_view toml, const std::string& name,
+                        const std::filesystem::path& directory, int depth) {
+  constexpr int kMaxDepth = 8;
+  TomlValue document = ParseToml(toml, name);
+  const TomlValue* base = document.Find("extends");
+  if (base == nullptr || base->kind != TomlValue::Kind::kText) return document;
+  if (depth == kMaxDepth) {
+    throw BadScene(fmt::format("{}: extends: \"{}\": more than {} files deep, or in a circle", name,
+                               base->text, kMaxDepth));
+  }
+  const std::filesystem::path file = directory / base->text;
+  TomlValue merged =
+      ParseExtended(ReadText(file), file.filename().string(), file.parent_path(), depth + 1);
+  MergeToml(document, &merged);
+  return merged;
 }
 
 }  // namespace
@@ -146,7 +194,7 @@ Scene ReadScene(const TomlValue& document, SceneContext* context) {
 Scene ParseScene(std::string_view toml, const std::string& name,
                  const std::filesystem::path& directory, const std::vector<std::string>& overrides,
                  std::set<std::string>* known_keys) {
-  TomlValue document = ParseToml(toml, name);
+  TomlValue document = ParseExtended(toml, name, directory, 0);
   for (const std::string& text : overrides) ApplyOverride(text, &document);
   SceneContext context{name, directory, nullptr, {}};
   try {
@@ -162,15 +210,7 @@ Scene ParseScene(std::string_view toml, const std::string& name,
 }
 
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file)) {
-    throw BadScene(
-        fmt::format("{}: cannot be read: {}", file.string(),
-                    std::filesystem::exists(file) ? "is not a readable file" : "no such file"));
-  }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return ParseScene(text.str(), file.filename().string(), file.parent_path(), overrides);
+  return ParseScene(ReadText(file), file.filename().string(), file.parent_path(), overrides);
 }
 
 }  // namespace mantle::model

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "model/control.h"
 #include "model/reduction.h"
 #include "model/robot.h"
 #include "model/simulation.h"
@@ -15,7 +17,8 @@
 /// A scene: what one TOML file says, checked. docs/scene.md lists every key; a test compares it
 /// with this reader. Numbers are SI; texts carry a unit ("15 mm"). Unknown keys, wrong types and
 /// units, numbers that are not finite or out of bound, and effects that contradict the bodies are
-/// refused in one line that names scene, path, value, unit and bound.
+/// refused in one line that names scene, path, value, unit and bound. A scene that `extends`
+/// another file is that one with its own tables merged over it.
 
 namespace mantle::model {
 
@@ -26,6 +29,10 @@ struct Scene {
   RunSettings run;
   StaticsSettings statics;
   Reduction reduction;  ///< of the reduced model; defaults where the scene has no table [reduced]
+  std::optional<ControlOptions> control;  ///< where the scene has a table [control]
+  DriveOptions drives;
+  SensorOptions sensors;
+  Mismatch mismatch;
   bool has_time{false};     ///< the scene has a table [time]: it is meant to be run
   bool has_statics{false};  ///< the scene has a table [statics]: it is meant to be solved
 };

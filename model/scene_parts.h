@@ -1,5 +1,6 @@
 #pragma once
 
+#include "model/control.h"
 #include "model/reduction.h"
 #include "model/robot.h"
 #include "model/toml_reader.h"
@@ -38,6 +39,15 @@ Effects ReadEffects(TomlReader table);
 
 /// The table [reduced]; names of arms, cables, loads and strips are those of `robot`.
 Reduction ReadReduction(TomlReader table, const Robot& robot);
+/// One actuator per cable of the robot, named ARM.CABLE, in the plant's order.
+std::vector<Actuator> CableActuators(const Robot& robot);
+
+/// The tables [control], [drives], [sensors], [mismatch]; `motors` are those of [reduced].
+ControlOptions ReadControl(TomlReader table, const Robot& robot,
+                           const std::vector<Actuator>& motors);
+DriveOptions ReadDrives(TomlReader table);
+SensorOptions ReadSensors(TomlReader table);
+Mismatch ReadMismatch(TomlReader table);
 
 /// Refuses effects, couplings and names that contradict each other or the bodies.
 void CheckScene(const Robot& robot, bool gravity_given, const SceneContext& context);

@@ -87,6 +87,15 @@ Actuator ReadActuator(TomlReader t, const Drivable& names, int index) {
 
 }  // namespace
 
+std::vector<Actuator> CableActuators(const Robot& robot) {
+  std::vector<Actuator> motors;
+  for (const std::string& name : NamesOf(robot).cables) {
+    const int index = static_cast<int>(motors.size());
+    motors.push_back({name, {{ActuatorTarget::Kind::kCable, index, 1.0}}});
+  }
+  return motors;
+}
+
 Reduction ReadReduction(TomlReader t, const Robot& robot) {
   Reduction r;
   const ArmReduction all = ReadArmReduction(&t, {});

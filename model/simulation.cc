@@ -162,6 +162,17 @@ StepStatus Simulation::AdvanceTo(double t_s) {
   return {};
 }
 
+const PlantWork& Simulation::EndWork() {
+  if (const PlantWork* work = stepper_->end_work();
+      work != nullptr && stepper_->counters().steps > 0) {
+    return *work;
+  }
+  EvaluateInputs(plant_, state_.time_s, true, &inputs_);
+  if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, true, &inputs_);
+  EvaluateForces(plant_, state_, inputs_, &work_);
+  return work_;
+}
+
 void Simulation::AccountStep(double h) {
   const VectorX& a = stepper_->acceleration();
   const EnergyAccount* powers = &energy_;

@@ -91,6 +91,11 @@ class Simulation {
 
   /// Advances to time t_s (an output or break point need not lie there).
   StepStatus AdvanceTo(double t_s);
+  /// Forces, cable lengths and rates at the present state, as the last step left them (evaluated
+  /// now only where the integrator ends a step with nothing evaluated).
+  const PlantWork& EndWork();
+  /// Works of loads and cables since t = 0; all zero where RunSettings.account_energy is off.
+  const EnergyAccount& energy() const { return energy_; }
   Sample Observe();
 
   /// All of a run. `observer` sees every sample; returning false stops the run there (not an

@@ -158,4 +158,19 @@ void ApplyOverride(std::string_view override_text, TomlValue* document) {
   *at = ValueOfOverride(override_text.substr(equals + 1));
 }
 
+void MergeToml(const TomlValue& over, TomlValue* base) {
+  for (std::size_t i = 0; i < over.keys.size(); ++i) {
+    TomlValue* below = base->Find(over.keys[i]);
+    if (below == nullptr) {
+      base->keys.push_back(over.keys[i]);
+      base->items.push_back(over.items[i]);
+    } else if (below->kind == TomlValue::Kind::kTable &&
+               over.items[i].kind == TomlValue::Kind::kTable) {
+      MergeToml(over.items[i], below);
+    } else {
+      *below = over.items[i];
+    }
+  }
+}
+
 }  // namespace mantle::model

@@ -36,6 +36,9 @@ std::string Describe(const TomlValue& value);
 /// Throws BadScene, "name: line 3, column 7: ...".
 TomlValue ParseToml(std::string_view text, const std::string& name);
 
+/// Puts `over` on top of `base`: tables key by key, everything else whole.
+void MergeToml(const TomlValue& over, TomlValue* base);
+
 /// Applies "dotted.path=value" to a document. An array of tables is entered by index or by the
 /// `name` of its element: `arms[0].elements=40`, `arms.arm.elements=40`. The value is TOML; what is
 /// not valid TOML is taken as a string (`time.step=5 ms`). Missing tables and keys are made, so

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "controller/mpc.h"
+
+/// A controller in the loop: it gets estimates, and says what every motor shall pull.
+
+namespace mantle::controller {
+
+class Controller {
+ public:
+  virtual ~Controller() = default;
+
+  /// At the beginning of a run, with the motors at their lower limits.
+  virtual void Start(const ReducedState& state) = 0;
+  /// Every control period, with the estimate for now; null where there is none that is finite.
+  /// `deadline_ns` as in SolveOptions. `tensions` are those asked for last.
+  virtual void Update(double t_s, const ReducedState* estimate,
+                      const Eigen::Ref<const VectorX>& tensions,
+                      const Eigen::Ref<const VectorX>& bias, std::int64_t deadline_ns) = 0;
+  /// Every SYNC: tensions to ask for at t_s, not yet limited. No allocation.
+  virtual void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) = 0;
+  /// Null where the controller makes no plans.
+  virtual const Mpc* mpc() const { return nullptr; }
+};
+
+/// What a controller is made of; all must outlive it.
+struct ControllerParts {
+  const ReducedModel& model;
+  const reduced::StepSettings& step;
+  const model::ControlOptions& options;
+  const Reference& reference;
+};
+
+/// The receding-horizon controller with its fast loop: at a SYNC it asks for
+/// u(t) + K (x - x_plan(t)), and for tensions that fade where the controller has given up.
+std::unique_ptr<Controller> MakeMpcController(const ControllerParts& parts);
+
+/// What options.controller names: the one above or a baseline (baselines.h).
+std::unique_ptr<Controller> MakeController(const ControllerParts& parts);
+
+}  // namespace mantle::controller

@@ -1,0 +1,32 @@
+#include "controller/gait.h"
+
+#include <cmath>
+
+namespace mantle::controller {
+
+double PulseTension(const model::GaitPulse& p, double period_s, double t_s) {
+  const double cycles = t_s / period_s - p.phase;
+  const double x = cycles - std::floor(cycles);
+  const double height = p.high_n - p.low_n;
+  if (x < p.rise) return p.low_n + height * x / p.rise;
+  if (x < p.rise + p.hold) return p.high_n;
+  const double down = x - p.rise - p.hold;
+  return down < p.fall ? p.high_n - height * down / p.fall : p.low_n;
+}
+
+void GaitTensions(const model::Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions) {
+  for (std::size_t i = 0; i < gait.motors.size(); ++i) {
+    tensions(static_cast<Eigen::Index>(i)) = PulseTension(gait.motors[i], gait.period_s, t_s);
+  }
+}
+
+model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale) {
+  model::Gait scaled = gait;
+  scaled.period_s *= period_scale;
+  for (model::GaitPulse& p : scaled.motors) {
+    p.high_n = p.low_n + tension_scale * (p.high_n - p.low_n);
+  }
+  return scaled;
+}
+
+}  // namespace mantle::controller

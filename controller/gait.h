@@ -1,0 +1,22 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "model/control.h"
+
+/// Gaits: periodic tensions of the motors. They seed the problem (a pulsed jet has no gradient at
+/// rest), extend a plan beyond its end, and swim by themselves as the simplest baseline.
+
+namespace mantle::controller {
+
+/// Tension [N] of one pulse at time t, period T: low, a ramp up over `rise` of the period, high for
+/// `hold`, a ramp down over `fall`, low for the rest; t = phase T is where it begins.
+double PulseTension(const model::GaitPulse& pulse, double period_s, double t_s);
+
+/// Of every motor.
+void GaitTensions(const model::Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions);
+
+/// The gait with tensions above `low` scaled, and its period.
+model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale);
+
+}  // namespace mantle::controller

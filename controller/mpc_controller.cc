@@ -1,0 +1,103 @@
+#include <algorithm>
+
+#include "controller/controller.h"
+
+namespace mantle::controller {
+namespace {
+
+/// Largest state deviation the gains are trusted with: what they ask for beyond the plan [N].
+constexpr double kMostFeedback_n = 0.3;
+/// Tensions of a controller that has given up fall to their lower limits within about this time.
+constexpr double kDecay_s = 0.5;
+
+class MpcController : public Controller {
+ public:
+  explicit MpcController(const ControllerParts& parts)
+      : parts_(parts),
+        mpc_(parts.model, parts.step, parts.options, parts.reference),
+        expected_(InitialState(parts.model)),
+        start_(expected_),
+        planned_(expected_),
+        held_(VectorX::Zero(parts.model.input_count())),
+        deviation_(VectorX::Zero(2 * parts.model.velocity_count())) {}
+
+  void Start(const ReducedState& state) override {
+    mpc_.Start(state);
+    first_ = true;
+  }
+
+  void Update(double t_s, const ReducedState* estimate, const Eigen::Ref<const VectorX>& tensions,
+              const Eigen::Ref<const VectorX>& bias, std::int64_t deadline_ns) override {
+    const double delay = parts_.options.delay_s, at = t_s + delay;
+    // Before the measurement: about what the last plan expects.
+    if (first_ && estimate != nullptr) {
+      expected_ = *estimate;
+    } else {
+      StateAt(mpc_.plan(), at, &expected_);
+    }
+    expected_.time_s = at;
+    TensionsAt(mpc_.plan(), at, held_);
+    if (first_) held_ = tensions;
+    LimitTensions(parts_.options.motors, tensions, std::max(delay, kNoTime_s), held_);
+    mpc_.Prepare(expected_, held_, bias);
+    // After it: where the state will be when the plan begins to act.
+    start_ = expected_;
+    if (estimate == nullptr) {
+      start_.q.setConstant(std::numeric_limits<double>::quiet_NaN());
+    } else if (delay > 0) {
+      held_ = 0.5 * (held_ + tensions) + bias;
+      const reduced::StepOutcome outcome =
+          mpc_.propagator().Step(*estimate, delay, held_, &start_, nullptr);
+      if (!outcome.ok) start_ = *estimate;
+      start_.time_s = at;
+    } else {
+      start_ = *estimate;
+    }
+    if (estimate != nullptr) mpc_.RecordPosition(t_s, estimate->root.position);
+    mpc_.Solve(start_, deadline_ns);
+    if (mpc_.status().outcome <= Outcome::kStoppedBetter) first_ = false;
+    asked_ = tensions;
+    updated_s_ = t_s;
+  }
+
+  void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
+    const Plan& plan = mpc_.plan();
+    if (mpc_.status().outcome == Outcome::kSafe) {
+      const double share = std::max(0.0, 1.0 - (t_s - updated_s_) / kDecay_s);
+      for (Eigen::Index i = 0; i < tensions.size(); ++i) {
+        const double low = parts_.options.motors[i].min_tension_n;
+        tensions(i) = low + share * (asked_(i) - low);
+      }
+      return;
+    }
+    TensionsAt(plan, t_s, tensions);
+    if (estimate == nullptr || plan.gains.empty() || t_s < plan.start_s()) return;
+    const int k = IntervalAt(plan, t_s);
+    if (k >= static_cast<int>(plan.gains.size())) return;
+    StateAt(plan, t_s, &planned_);
+    StateDifference(planned_, *estimate, deviation_);
+    held_.noalias() = plan.gains[k] * deviation_;
+    if (!held_.allFinite()) return;
+    tensions += held_.cwiseMax(-kMostFeedback_n).cwiseMin(kMostFeedback_n);
+  }
+
+  const Mpc* mpc() const override { return &mpc_; }
+
+ private:
+  static constexpr double kNoTime_s = 1e-9;
+
+  ControllerParts parts_;
+  Mpc mpc_;
+  ReducedState expected_, start_, planned_;
+  VectorX held_, deviation_, asked_;
+  double updated_s_{0};
+  bool first_{true};
+};
+
+}  // namespace
+
+std::unique_ptr<Controller> MakeMpcController(const ControllerParts& parts) {
+  return std::make_unique<MpcController>(parts);
+}
+
+}  // namespace mantle::controller

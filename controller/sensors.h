@@ -1,0 +1,38 @@
+#pragma once
+
+#include <deque>
+#include <optional>
+#include <random>
+
+#include "model/control.h"
+#include "reduced/reduced_model.h"
+
+/// What sensors make of the true reduced state: white noise, a constant bias drawn once, a delay,
+/// lost measurements. Seeded: the same scene sees the same noise.
+
+namespace mantle::controller {
+
+using reduced::ReducedModel;
+using reduced::ReducedState;
+
+class Sensors {
+ public:
+  /// Throws nothing; `model` must outlive it.
+  Sensors(const ReducedModel& model, const model::SensorOptions& options);
+
+  /// Takes the truth at its time; gives the measurement that arrives now (stamped with the time it
+  /// was taken), or none.
+  std::optional<ReducedState> Measure(const ReducedState& truth);
+
+ private:
+  ReducedState WithNoise(const ReducedState& truth);
+
+  const ReducedModel& model_;
+  model::SensorOptions options_;
+  model::VectorX deviation_, bias_, noise_;
+  std::deque<std::optional<ReducedState>> waiting_;
+  std::deque<double> taken_s_;
+  std::mt19937_64 random_;
+};
+
+}  // namespace mantle::controller

@@ -1,0 +1,65 @@
+#include "controller/trajectory.h"
+
+namespace mantle::controller {
+namespace {
+
+constexpr int kMostHalvings = 4;
+
+}  // namespace
+
+Trajectory::Trajectory(const ReducedModel& model, const Horizon& horizon)
+    : states(horizon.time_s.size(), InitialState(model)),
+      tensions(Eigen::MatrixXd::Zero(model.input_count(), horizon.steps() + 1)),
+      jacobians(horizon.steps(), reduced::StepJacobian(model)) {}
+
+Propagator::Propagator(const ReducedModel& model, const reduced::StepSettings& settings)
+    : model_(model),
+      settings_(settings),
+      work_(model),
+      mean_(VectorX::Zero(model.input_count())),
+      middle_(kMostHalvings + 1, InitialState(model)),
+      part_(kMostHalvings + 1, reduced::StepJacobian(model)),
+      product_(2 * model.velocity_count(), 2 * model.velocity_count()) {
+  EvaluateInputs(model.plant, 0.0, false, &inputs_);
+}
+
+reduced::StepOutcome Propagator::Step(const ReducedState& from, double h,
+                                      const Eigen::Ref<const VectorX>& tensions, ReducedState* to,
+                                      reduced::StepJacobian* jacobian) {
+  EvaluateInputs(model_.plant, from.time_s + 0.5 * h, false, &inputs_);
+  ApplyControls(model_, tensions.data(), &inputs_);
+  return Divided(from, h, 0, to, jacobian);
+}
+
+reduced::StepOutcome Propagator::Divided(const ReducedState& from, double h, int depth,
+                                         ReducedState* to, reduced::StepJacobian* jacobian) {
+  const reduced::StepOutcome outcome =
+      TakeStep(model_, settings_, h, from, inputs_, inputs_, &work_, to, jacobian);
+  if (outcome.ok || depth == kMostHalvings) return outcome;
+  ReducedState& middle = middle_[depth];
+  reduced::StepJacobian* first = jacobian == nullptr ? nullptr : &part_[depth];
+  reduced::StepOutcome half = Divided(from, 0.5 * h, depth + 1, &middle, first);
+  if (half.ok) half = Divided(middle, 0.5 * h, depth + 1, to, jacobian);
+  if (half.ok && jacobian != nullptr) {
+    product_.noalias() = jacobian->state * first->state;
+    jacobian->input += jacobian->state * first->input;
+    jacobian->step = 0.5 * (jacobian->step + jacobian->state * first->step);
+    jacobian->state = product_;
+  }
+  return half;
+}
+
+reduced::StepOutcome Propagator::Roll(const Horizon& horizon, const Eigen::Ref<const VectorX>& bias,
+                                      bool with_jacobians, Trajectory* t) {
+  for (int k = 0; k < horizon.steps(); ++k) {
+    mean_ = 0.5 * (t->tensions.col(k) + t->tensions.col(k + 1)) + bias;
+    const reduced::StepOutcome outcome =
+        Step(t->states[k], horizon.step(k), mean_, &t->states[k + 1],
+             with_jacobians ? &t->jacobians[k] : nullptr);
+    if (!outcome.ok) return outcome;
+    t->states[k + 1].time_s = t->states[0].time_s + horizon.time_s[k + 1];
+  }
+  return {};
+}
+
+}  // namespace mantle::controller
