@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <chrono>
 #include <cstring>
 #include <functional>
 
@@ -7,7 +8,8 @@
 #include "tests/reduced/accuracy.h"
 
 /// Prints the accuracy tables of docs/reduced.md: the reduced model against the plant on a fine
-/// mesh. Usage: reduced_accuracy [statics|dynamics|mantle|vehicle ...]; without names, all.
+/// mesh, and the time of its step. Usage: reduced_accuracy [statics|dynamics|mantle|vehicle|price
+/// ...]; without names, all.
 
 namespace {
 
@@ -173,6 +175,55 @@ void Vehicle() {
   }
 }
 
+// Shortest of many steps of 50 ms in the middle of a swim, in microseconds.
+double ShortestStep(const reduced::ReducedModel& model, bool derivatives) {
+  constexpr int kSteps = 26, kRepeats = 20;  // two pulses
+  constexpr double kStep_s = 0.05;
+  const double share = reduced::FirstStageTime(model::StepScheme::kSdirk2);
+  reduced::StepWork work(model);
+  reduced::StepJacobian jacobian(model);
+  reduced::StepSettings settings;
+  settings.tolerance = 1e-8;
+  model::PlantInputs first, last;
+  double best = 1e300;
+  for (int repeat = 0; repeat < kRepeats; ++repeat) {
+    reduced::ReducedState s = InitialState(model), next = s;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      EvaluateInputs(model.plant, s.time_s + share * kStep_s, false, &first);
+      EvaluateInputs(model.plant, s.time_s + kStep_s, true, &last);
+      const auto begin = std::chrono::steady_clock::now();
+      const auto o = TakeStep(model, settings, kStep_s, s, first, last, &work, &next,
+                              derivatives ? &jacobian : nullptr);
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+      if (!o.ok) return std::nan("");
+      sum += taken.count();
+      s = next;
+    }
+    best = std::min(best, sum / kSteps);
+  }
+  return 1e6 * best;
+}
+
+void Price() {
+  fmt::print(
+      "\nTime of a step of 50 ms of the paper's vehicle, mean over two pulses, best of 20 runs, "
+      "us\n\n"
+      "| arm, four strains | mantle | states | step | with derivatives |\n|---|---|---|---|---|\n");
+  const model::Robot robot =
+      model::LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/paper.toml").robot;
+  const auto row = [&](const Basis& basis, int mantle) {
+    reduced::Reduction r = OfMantle(mantle, false);
+    r.arms = {basis.arm};
+    const reduced::ReducedModel m(robot, r);
+    fmt::print("| {} | {} | {} | {:.0f} | {:.0f} |\n", basis.name, mantle, 2 * m.velocity_count(),
+               ShortestStep(m, false), ShortestStep(m, true));
+  };
+  const std::vector<Basis> bases = Bases(model::kFourStrains);
+  for (const Basis& basis : bases) row(basis, 3);
+  for (int mantle : {2, 5}) row(bases[3], mantle);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -190,4 +241,5 @@ int main(int argc, char** argv) {
     MantleVolume(true);
   }
   if (wanted("vehicle")) Vehicle();
+  if (wanted("price")) Price();
 }

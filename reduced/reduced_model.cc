@@ -105,7 +105,7 @@ ReducedModel::ReducedModel(const model::Robot& robot, const Reduction& reduction
     try {
       mantle = std::make_unique<const ReducedMantle>(MakeReducedMantle(plant, reduction.mantle));
     } catch (const BadRobot& error) {
-      throw BadRobot(std::string("reduced.mantle.") + error.what());
+      throw BadRobot(std::string("reduced.") + error.what());
     }
     coordinates_ += mantle->size;
   }

@@ -55,7 +55,8 @@ TEST(ReducedModel, RefusesMoreMantleCoordinatesThanItsNodesHave) {
   Reduction r;
   r.mantle.modes = 3;
   r.mantle.static_pressures_pa = {50, 100, 150, 200, 250, 300};
-  Refused(Vehicle(), r, "reduced.mantle.modes = 3 and 6 static shapes: 9 coordinates, must be in");
+  Refused(Vehicle(), r,
+          "reduced.modes = 3, 6 static shapes and 0 snapshots: 9 coordinates, must be in [1, 8]");
   r.mantle.static_pressures_pa.emplace();
   r.mantle.modes = 0;
   Refused(Vehicle(), r, "0 coordinates, must be in [1, 8]");

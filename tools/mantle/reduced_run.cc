@@ -107,8 +107,8 @@ int RunReducedScene(const SceneOptions& options) {
                              result.sim_time_s, complete, reason});
   summary["model"] = "reduced";
   summary["reduced"] = ReductionSummary(scene, *model);
-  for (const char* key :
-       {"power_balance_residual", "energy_drift", "work_j", "dissipated_j", "energetic_index"}) {
+  for (const char* key : {"power_balance_residual", "energy_drift", "work_j", "dissipated_j",
+                          "energetic_index", "factorisations", "evaluations"}) {
     if (summary.contains(key)) summary[key] = nullptr;
   }
   OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
