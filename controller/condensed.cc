@@ -11,6 +11,10 @@ constexpr int kMostGains = 6;
 constexpr double kActive_n = 2e-4;
 /// Weight of an active constraint over the Hessian's largest entry.
 constexpr double kPenalty = 1e7;
+/// What a row left out of the program may be broken by [N].
+constexpr double kSlack_n = 0.01;
+/// Nodes where a pulse is lower say little of its height.
+constexpr double kTellingShape = 0.25;
 
 }  // namespace
 
@@ -48,73 +52,146 @@ Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCos
   }
 }
 
-void Condensed::MakeRows() {
-  for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Horizon::Hat& hat = horizon_.hats[k];
-    if (hat.weight[1] == 1.0) continue;  // a knot: a plain bound
-    for (int i = 0; i < motors_; ++i) {
-      Row row;
-      if (hat.knot[0] >= 0) row.first = hat.knot[0] * motors_ + i;
-      row.by_first = hat.weight[0];
-      row.second = hat.knot[1] * motors_ + i;
-      row.by_second = hat.weight[1];
-      rows_.push_back(row);
-    }
+void Condensed::Row::Add(int decision, double factor) {
+  for (int i = 0; i < count; ++i) {
+    if (at[i] != decision) continue;
+    by[i] += factor;
+    return;
   }
-  for (int b = 0; b < horizon_.knot_count(); ++b) {
-    for (int i = 0; i < motors_; ++i) {
-      Row row;
-      if (b > 0) row.first = (b - 1) * motors_ + i;
-      row.by_first = -1;
-      row.second = b * motors_ + i;
-      row.by_second = 1;
-      rows_.push_back(row);
-    }
-  }
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    for (const int at : {rows_[r].first, rows_[r].second}) {
-      if (at < 0) continue;
-      jacobian_pattern_.row.push_back(static_cast<int>(r));
-      jacobian_pattern_.column.push_back(at);
+  at[count] = decision;
+  by[count++] = factor;
+}
+
+void Condensed::AddNode(int k, int motor, double factor, Row* row) const {
+  for (int i : {0, 1}) {
+    const int knot = horizon_.hats[k].knot[i];
+    if (knot >= 0) {
+      row->Add(knot * motors_ + motor, factor * shape_(motor, k) * horizon_.hats[k].weight[i]);
     }
   }
 }
 
-void Condensed::BoundRows(const Trajectory& t) {
-  std::size_t r = 0;
+// Rows in the order of BoundRows; a pattern that holds whatever the shapes are.
+void Condensed::MakeRows() {
+  shape_.setOnes(motors_, horizon_.steps() + 1);
   for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Horizon::Hat& hat = horizon_.hats[k];
-    const bool knot = hat.weight[1] == 1.0;
     for (int i = 0; i < motors_; ++i) {
-      const model::MotorLimits& limits = options_.motors[i];
-      const double low = std::min(limits.min_tension_n - t.tensions(i, k), 0.0);
-      const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
-      if (knot) {
-        low_(hat.knot[1] * motors_ + i) = low;
-        high_(hat.knot[1] * motors_ + i) = high;
-      } else {
-        rows_[r].low = low;
-        rows_[r++].high = high;
-      }
+      if (horizon_.hats[k].weight[1] == 1.0 && !decides_amplitude(i)) continue;  // a plain bound
+      rows_.emplace_back();
+      AddNode(k, i, 1.0, &rows_.back());
     }
   }
   int from = 0;
   for (int b = 0; b < horizon_.knot_count(); ++b) {
     const int to = horizon_.knots[b];
-    const double length = horizon_.time_s[to] - horizon_.time_s[from];
-    for (int i = 0; i < motors_; ++i, ++r) {
-      const double most = options_.motors[i].max_rate_n_s;
-      double low = -kInfinity, high = kInfinity;
-      for (int k = from; k < to; ++k) {
-        const double slope = (t.tensions(i, k + 1) - t.tensions(i, k)) / horizon_.step(k);
-        low = std::max(low, -most - slope);
-        high = std::min(high, most - slope);
+    for (int i = 0; i < motors_; ++i) {
+      for (int k = from; k < (decides_amplitude(i) ? to : from + 1); ++k) {
+        rows_.emplace_back();
+        AddNode(decides_amplitude(i) ? k + 1 : to, i, 1.0, &rows_.back());
+        AddNode(k, i, -1.0, &rows_.back());
       }
-      rows_[r].low = std::min(low * length, 0.0);
-      rows_[r].high = std::max(high * length, 0.0);
     }
     from = to;
   }
+  used_.reserve(rows_.size());
+  jacobian_pattern_.row.reserve(4 * rows_.size());
+  jacobian_pattern_.column.reserve(4 * rows_.size());
+}
+
+void Condensed::ChooseRows() {
+  used_.clear();
+  jacobian_pattern_.row.clear();
+  jacobian_pattern_.column.clear();
+  for (std::size_t r = 0; r < rows_.size(); ++r) {
+    const Row& row = rows_[r];
+    double least = 0, most = 0;
+    for (int i = 0; i < row.count; ++i) {
+      const double a = row.by[i] * low_(row.at[i]), b = row.by[i] * high_(row.at[i]);
+      least += std::min(a, b);
+      most += std::max(a, b);
+    }
+    if (least > row.low - kSlack_n && most < row.high + kSlack_n) continue;
+    for (int i = 0; i < row.count; ++i) {
+      jacobian_pattern_.row.push_back(static_cast<int>(used_.size()));
+      jacobian_pattern_.column.push_back(row.at[i]);
+    }
+    used_.push_back(static_cast<int>(r));
+  }
+}
+
+// Height of the pulse that the plan has about a knot, over the lower limit.
+double Condensed::PlannedAmplitude(const Trajectory& t, int knot, int motor) const {
+  double shape = kTellingShape, amplitude = 0;
+  for (int k = 1; k <= horizon_.steps(); ++k) {
+    const Horizon::Hat& hat = horizon_.hats[k];
+    if ((hat.knot[0] != knot && hat.knot[1] != knot) || t.shape(motor, k) < shape) continue;
+    shape = t.shape(motor, k);
+    amplitude = (t.tensions(motor, k) - options_.motors[motor].min_tension_n) / shape;
+  }
+  return amplitude;
+}
+
+void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
+  for (int k = 1; k <= horizon_.steps(); ++k) {
+    const Horizon::Hat& hat = horizon_.hats[k];
+    for (int i = 0; i < motors_; ++i) {
+      const model::MotorLimits& limits = options_.motors[i];
+      const double low = std::min(limits.min_tension_n - t.tensions(i, k), 0.0);
+      const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
+      const bool knot = hat.weight[1] == 1.0;
+      if (knot) {
+        const double range = limits.max_tension_n - limits.min_tension_n;
+        const double amplitude =
+            decides_amplitude(i) ? std::clamp(PlannedAmplitude(t, hat.knot[1], i), 0.0, range) : 0;
+        const int at = hat.knot[1] * motors_ + i;
+        low_(at) = decides_amplitude(i) ? -amplitude : low;
+        high_(at) = decides_amplitude(i) ? range - amplitude : high;
+        if (!decides_amplitude(i)) continue;
+      }
+      Row& row = rows_[(*r)++];
+      row.by = {};
+      AddNode(k, i, 1.0, &row);
+      row.low = low;
+      row.high = high;
+    }
+  }
+}
+
+void Condensed::BoundSlopes(const Trajectory& t, std::size_t* r) {
+  int from = 0;
+  for (int b = 0; b < horizon_.knot_count(); ++b) {
+    const int to = horizon_.knots[b];
+    const double length = horizon_.time_s[to] - horizon_.time_s[from];
+    for (int i = 0; i < motors_; ++i) {
+      const double most = options_.motors[i].max_rate_n_s;
+      double low = -kInfinity, high = kInfinity;
+      for (int k = from; k < to; ++k) {
+        const double h = horizon_.step(k), change = t.tensions(i, k + 1) - t.tensions(i, k);
+        if (decides_amplitude(i)) {
+          Row& row = rows_[(*r)++];
+          row.by = {};
+          AddNode(k + 1, i, 1.0, &row);
+          AddNode(k, i, -1.0, &row);
+          row.low = std::min(-most * h - change, 0.0);
+          row.high = std::max(most * h - change, 0.0);
+        } else {
+          low = std::max(low, -most - change / h);
+          high = std::min(high, most - change / h);
+        }
+      }
+      if (decides_amplitude(i)) continue;
+      rows_[*r].low = std::min(low * length, 0.0);
+      rows_[(*r)++].high = std::max(high * length, 0.0);
+    }
+    from = to;
+  }
+}
+
+void Condensed::BoundRows(const Trajectory& t) {
+  std::size_t row = 0;
+  BoundNodes(t, &row);
+  BoundSlopes(t, &row);
+  ChooseRows();
 }
 
 double Condensed::StageWeight(int k) const {
@@ -146,7 +223,7 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
         const int knot = horizon_.hats[node].knot[i];
         if (knot < 0) continue;
         at[count] = knot * motors_ + motor;
-        by[count++] = factor * horizon_.hats[node].weight[i];
+        by[count++] = factor * shape_(motor, node) * horizon_.hats[node].weight[i];
       }
     };
     gather(node_a, by_a);
@@ -170,9 +247,11 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
 
 void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, double levenberg) {
   const int steps = horizon_.steps();
+  shape_ = t.shape;
   hessian_.setZero();
   base_gradient_.setZero();
   g_.setZero();
+  next_.setZero();  // columns not yet active change places with those of g_
   for (Eigen::MatrixXd& y : adjoint_) y.setZero();
   for (int k = 0; k < steps; ++k) {
     const int active = (horizon_.hats[k + 1].knot[1] + 1) * motors_;
@@ -182,8 +261,10 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
       for (int i : {0, 1}) {
         const int knot = horizon_.hats[node].knot[i];
         if (knot < 0) continue;
-        next_.middleCols(knot * motors_, motors_) +=
-            (0.5 * horizon_.hats[node].weight[i]) * j.input;
+        for (int m = 0; m < motors_; ++m) {
+          next_.col(knot * motors_ + m) +=
+              (0.5 * shape_(m, node) * horizon_.hats[node].weight[i]) * j.input.col(m);
+        }
       }
     }
     std::swap(g_, next_);
@@ -280,7 +361,8 @@ double Condensed::Cost(const Trajectory& t, const PositionHistory& history) {
 
 double Condensed::Violation(const Eigen::Ref<const VectorX>& w) const {
   double worst = std::max((low_ - w).maxCoeff(), (w - high_).maxCoeff());
-  for (const Row& row : rows_) {
+  for (const int r : used_) {
+    const Row& row = rows_[r];
     const double value = row.Value(w);
     worst = std::max({worst, row.low - value, value - row.high});
   }
@@ -303,16 +385,16 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
       const int at = first + i;
       if (w(at) - low_(at) < kActive_n || high_(at) - w(at) < kActive_n) h(i, i) += penalty;
     }
-    for (const Row& row : rows_) {
-      if (row.second < first) continue;
+    for (const int r : used_) {
+      const Row& row = rows_[r];
       const double value = row.Value(w);
       if (value - row.low > kActive_n && row.high - value > kActive_n) continue;
-      const int b = row.second - first, a = row.first - first;
-      h(b, b) += penalty * row.by_second * row.by_second;
-      if (a < 0) continue;
-      h(a, a) += penalty * row.by_first * row.by_first;
-      h(a, b) += penalty * row.by_first * row.by_second;
-      h(b, a) += penalty * row.by_first * row.by_second;
+      for (int i = 0; i < row.count; ++i) {
+        for (int j = 0; j < row.count; ++j) {
+          if (row.at[i] < first || row.at[j] < first) continue;
+          h(row.at[i] - first, row.at[j] - first) += penalty * row.by[i] * row.by[j];
+        }
+      }
     }
     auto rhs = kkt_rhs_.topRows(size);
     rhs = tail_[k].bottomRows(size);
@@ -324,7 +406,8 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
     gain.setZero(motors_, columns_);
     for (int i : {0, 1}) {
       if (hat.knot[i] < knot) continue;
-      gain -= hat.weight[i] * rhs.middleRows((hat.knot[i] - knot) * motors_, motors_);
+      gain -= (hat.weight[i] * shape_.col(k + 1)).asDiagonal() *
+              rhs.middleRows((hat.knot[i] - knot) * motors_, motors_);
     }
   }
 }
@@ -332,9 +415,9 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
 void Condensed::Bounds(double* x_low, double* x_high, double* g_low, double* g_high) const {
   std::copy(low_.begin(), low_.end(), x_low);
   std::copy(high_.begin(), high_.end(), x_high);
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    g_low[r] = rows_[r].low;
-    g_high[r] = rows_[r].high;
+  for (std::size_t r = 0; r < used_.size(); ++r) {
+    g_low[r] = rows_[used_[r]].low;
+    g_high[r] = rows_[used_[r]].high;
   }
 }
 
@@ -354,15 +437,12 @@ bool Condensed::Gradient(const double* x, bool, double* gradient) {
 
 bool Condensed::Constraints(const double* x, bool, double* g) {
   const Eigen::Map<const VectorX> w(x, gradient_.size());
-  for (std::size_t r = 0; r < rows_.size(); ++r) g[r] = rows_[r].Value(w);
+  for (std::size_t r = 0; r < used_.size(); ++r) g[r] = rows_[used_[r]].Value(w);
   return true;
 }
 
 bool Condensed::Jacobian(const double*, bool, double* values) {
-  for (const Row& row : rows_) {
-    if (row.first >= 0) *values++ = row.by_first;
-    *values++ = row.by_second;
-  }
+  for (const int r : used_) values = std::copy_n(rows_[r].by.begin(), rows_[r].count, values);
   return true;
 }
 

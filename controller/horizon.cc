@@ -43,14 +43,15 @@ Horizon MakeHorizon(const model::ControlGrid& grid) {
   return h;
 }
 
-void AddChange(const Horizon& horizon, const Eigen::Ref<const Eigen::VectorXd>& w,
-               Eigen::MatrixXd* tensions) {
+void AddChange(const Horizon& horizon, const Eigen::MatrixXd& shape,
+               const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::MatrixXd* tensions) {
   const Eigen::Index motors = tensions->rows();
   for (int k = 1; k <= horizon.steps(); ++k) {
     for (int i : {0, 1}) {
       const int knot = horizon.hats[k].knot[i];
       if (knot < 0) continue;
-      tensions->col(k) += horizon.hats[k].weight[i] * w.segment(knot * motors, motors);
+      tensions->col(k) +=
+          horizon.hats[k].weight[i] * shape.col(k).cwiseProduct(w.segment(knot * motors, motors));
     }
   }
 }

@@ -12,7 +12,8 @@
 /// asked for is continuous and its rate is the slope. Node 0 is what the motor pulls already. The
 /// decisions w are changes of the plan at the knots (some of the nodes); between knots the change
 /// is linear as well:   u_k = u_k(plan) + sum_j hat_kj w_j,   so the plan itself keeps the grid's
-/// full resolution however few the knots are.
+/// full resolution however few the knots are. Where a motor's amplitude is decided, the hats are
+/// multiplied by the gait's pulse at the node, 0 to 1 (`shape`).
 
 namespace mantle::controller {
 
@@ -35,8 +36,9 @@ struct Horizon {
 /// Default knots: eight (or all nodes where there are fewer), denser at the beginning.
 Horizon MakeHorizon(const model::ControlGrid& grid);
 
-/// tensions(:, k) += hat w, for w laid out knot by knot (motors x knots).
-void AddChange(const Horizon& horizon, const Eigen::Ref<const Eigen::VectorXd>& w,
-               Eigen::MatrixXd* tensions);
+/// tensions(:, k) += shape(:, k) hat w, for w laid out knot by knot (motors x knots); `shape` is
+/// motors x nodes.
+void AddChange(const Horizon& horizon, const Eigen::MatrixXd& shape,
+               const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::MatrixXd* tensions);
 
 }  // namespace mantle::controller

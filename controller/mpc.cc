@@ -73,6 +73,10 @@ void Mpc::Start(const ReducedState& state) {
 void Mpc::Shift(double start_s, const Eigen::Ref<const VectorX>& tensions) {
   Eigen::MatrixXd& u = trajectory_.tensions;
   u.col(0) = tensions;
+  for (int k = 0; k <= horizon_.steps(); ++k) {
+    GaitShape(options_.gait, options_.motors, start_s + horizon_.time_s[k],
+              trajectory_.shape.col(k));
+  }
   GaitTensions(options_.gait, plan_.end_s(), gait_end_);
   for (int k = 1; k <= horizon_.steps(); ++k) {
     const double t = start_s + horizon_.time_s[k];
@@ -185,7 +189,8 @@ void Mpc::SolveConverged(const ReducedState& start, std::int64_t deadline_ns) {
     const double size = result_.x.cwiseAbs().maxCoeff();
     trial_.states[0] = trajectory_.states[0];
     trial_.tensions = trajectory_.tensions;
-    AddChange(horizon_, result_.x, &trial_.tensions);
+    trial_.shape = trajectory_.shape;
+    AddChange(horizon_, trajectory_.shape, result_.x, &trial_.tensions);
     const bool rolled = roll(&trial_);
     const double now = rolled ? condensed_.Cost(trial_, history_) : kInfinity;
     if (now <= cost) {
@@ -215,7 +220,7 @@ void Mpc::Accept(const Eigen::Ref<const VectorX>& w, const ReducedState& start) 
   status_.cause = nullptr;
   fallbacks_in_turn_ = 0;
   plan_.tensions = trajectory_.tensions;
-  AddChange(horizon_, w, &plan_.tensions);
+  AddChange(horizon_, trajectory_.shape, w, &plan_.tensions);
   for (int k = 1; k <= horizon_.steps(); ++k) {
     LimitTensions(options_.motors, plan_.tensions.col(k - 1), horizon_.step(k - 1),
                   plan_.tensions.col(k));

@@ -10,6 +10,7 @@ constexpr int kMostHalvings = 4;
 Trajectory::Trajectory(const ReducedModel& model, const Horizon& horizon)
     : states(horizon.time_s.size(), InitialState(model)),
       tensions(Eigen::MatrixXd::Zero(model.input_count(), horizon.steps() + 1)),
+      shape(Eigen::MatrixXd::Ones(model.input_count(), horizon.steps() + 1)),
       jacobians(horizon.steps(), reduced::StepJacobian(model)) {}
 
 Propagator::Propagator(const ReducedModel& model, const reduced::StepSettings& settings)

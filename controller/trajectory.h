@@ -21,6 +21,7 @@ struct Trajectory {
 
   std::vector<ReducedState> states;              ///< N + 1; [0] and its time are given
   Eigen::MatrixXd tensions;                      ///< motors x (N + 1) [N]
+  Eigen::MatrixXd shape;                         ///< of a change of decision, alike [1]
   std::vector<reduced::StepJacobian> jacobians;  ///< N
 };
 

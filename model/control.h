@@ -39,6 +39,9 @@ struct ControlGrid {
 /// Hard limits of one motor [N, N/s].
 struct MotorLimits {
   double min_tension_n{0}, max_tension_n{0.8}, max_rate_n_s{2};
+  /// What is decided: the tension, or the height of the gait's pulses (a jet's thrust is the square
+  /// of a rate, so that a change which smooths a pulse away is downhill for an optimiser).
+  bool decides_amplitude{false};
 };
 
 /// Weights of the stage cost l [1/s], of which the closed loop's cost is the time integral:

@@ -81,6 +81,8 @@ void ReadLimits(TomlReader* t, MotorLimits* m) {
     m->max_tension_n = range[1];
   }
   m->max_rate_n_s = t->Number("rate", Quantity::kNumber, kPositive, m->max_rate_n_s);
+  m->decides_amplitude =
+      t->Choice<bool>("decides", {{"tension", false}, {"amplitude", true}}, m->decides_amplitude);
 }
 
 int MotorIndex(TomlReader* t, const char* key, const std::vector<Actuator>& motors) {

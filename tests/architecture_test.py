@@ -19,7 +19,7 @@ ONE_DOOR = {
     r"toml\+\+": {"model/toml_document.cc"},
     r"cvode/": {"model/cvode_stepper.cc"},
     r"IpIpopt|coin/": {"controller/ipopt_solver.cc"},
-    r"lcm/": {"tools/mantle/lcm_bridge.cc"},
+    r"lcm/|mantle/\w+_t\.hpp": {"tools/mantle/lcm_bridge.cc"},
     r"linux/can": {"firmware_sim/socket_can_bus.cc"},
 }
 

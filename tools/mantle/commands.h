@@ -7,17 +7,13 @@
 /// 3 a run that could not continue (what it reached is kept as *.partial); 1 anything else.
 
 #include <CLI/CLI.hpp>
-#include <stdexcept>
+
+#include "tools/mantle/bad_input.h"
 
 namespace mantle::tools {
 
 inline constexpr int kExitBadInput = 2;
 inline constexpr int kExitCannotContinue = 3;
-
-/// Bad input other than a scene's (an option, an output folder): one line, exit status 2.
-struct BadInput : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 /// `mantle run`: a scene in time.
 void AddRunCommand(CLI::App& app, int& exit_status);
@@ -29,6 +25,8 @@ void AddStaticCommand(CLI::App& app, int& exit_status);
 void AddCheckCommand(CLI::App& app, int& exit_status);
 /// `mantle bus`: watches a bus, counts its load, replays logs.
 void AddBusCommand(CLI::App& app, int& exit_status);
+/// `mantle log`: what is in a telemetry log.
+void AddLogCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
 

@@ -21,6 +21,7 @@ int main(int argc, char** argv) {
   AddCheckCommand(app, exit_status);
   AddBusCommand(app, exit_status);
   AddDrivesCommand(app, exit_status);
+  AddLogCommand(app, exit_status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {

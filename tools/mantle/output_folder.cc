@@ -4,24 +4,21 @@
 
 #include <system_error>
 
-#include "tools/mantle/commands.h"
-
 namespace mantle::tools {
-namespace {
 
-constexpr const char* kPartial = ".partial";
+std::filesystem::path PartialPath(const std::filesystem::path& path) {
+  return path.string() + ".partial";
+}
 
 BadInput CannotWrite(const std::filesystem::path& path) {
   return BadInput(fmt::format(
       "--out: {}: cannot be written: must be a folder with write permission", path.string()));
 }
 
-}  // namespace
-
 OutputFile::OutputFile(const std::filesystem::path& folder, const std::string& name,
                        std::string_view begin)
     : path_(folder / name),
-      partial_(folder / (name + kPartial)),
+      partial_(PartialPath(path_)),
       out_(partial_, std::ios::binary | std::ios::trunc) {
   if (!out_) throw CannotWrite(partial_);
   Write(begin);
@@ -57,7 +54,7 @@ void RemoveOldResults(const std::filesystem::path& folder,
   for (const char* name : names) {
     std::error_code ignored;  // absent is what we want
     std::filesystem::remove(folder / name, ignored);
-    std::filesystem::remove(folder / (std::string(name) + kPartial), ignored);
+    std::filesystem::remove(PartialPath(folder / name), ignored);
   }
 }
 

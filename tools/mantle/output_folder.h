@@ -5,10 +5,18 @@
 #include <string>
 #include <string_view>
 
+#include "tools/mantle/bad_input.h"
+
 /// Results on disk. A file is written as `name.partial` and appears under its own name by a rename
 /// once it is whole; a run that stops early leaves the partial files.
 
 namespace mantle::tools {
+
+/// What a file is called until it is whole.
+std::filesystem::path PartialPath(const std::filesystem::path& path);
+
+/// What is thrown where a result cannot be written.
+BadInput CannotWrite(const std::filesystem::path& path);
 
 /// A text file that is written as NAME.partial until Publish().
 class OutputFile {

@@ -1,0 +1,298 @@
+#include "tools/mantle/lcm_bridge.h"
+
+#include <fmt/format.h>
+#include <lcm/lcm.h>
+
+#include <cassert>
+#include <exception>
+#include <initializer_list>
+#include <mantle/drives_t.hpp>
+#include <mantle/energy_t.hpp>
+#include <mantle/plan_t.hpp>
+#include <mantle/reduced_state_t.hpp>
+#include <mantle/state_t.hpp>
+#include <mantle/status_t.hpp>
+#include <stdexcept>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "tools/mantle/bad_input.h"
+#include "tools/mantle/output_folder.h"
+#include "tools/mantle/telemetry_fields.h"
+
+namespace mantle::tools {
+namespace {
+
+// Bursts of a replay at full speed wait here until they are received.
+constexpr int kQueuedMessages = 10'000;
+constexpr std::string_view kProviders[] = {"udpm://", "memq://"};
+
+template <typename T>
+constexpr bool kIsValue = std::is_arithmetic_v<T> || std::is_same_v<T, std::string>;
+
+// From plain arrays and lists to the generated ones, or back; the lists differ in type alone.
+template <typename From, typename To>
+void Copy(const From& from, To& to) {
+  if constexpr (kIsValue<To>) {
+    static_assert(std::is_same_v<From, To>, "a field has one type");
+    to = from;
+  } else {
+    if constexpr (requires { to.resize(0); }) to.resize(std::size(from));
+    assert(std::size(from) == std::size(to));
+    for (std::size_t i = 0; i < std::size(from); ++i) Copy(from[i], to[i]);
+  }
+}
+
+// The one length of lists that belong together.
+std::int32_t Length(const char* lists, std::initializer_list<std::size_t> sizes) {
+  for (const std::size_t size : sizes) {
+    if (size == *sizes.begin()) continue;
+    throw std::invalid_argument(
+        fmt::format("{}: lists of {} and {} entries, must be equally long: one entry for each",
+                    lists, *sizes.begin(), size));
+  }
+  return static_cast<std::int32_t>(*sizes.begin());
+}
+
+void SetLengths(const StateTelemetry& m, state_t* wire) {
+  wire->num_arms = Length("MANTLE_STATE arms", {m.arm_name.size(), m.tip_position.size(),
+                                                m.tip_quaternion.size(), m.tip_twist.size()});
+  wire->num_cables = Length("MANTLE_STATE cables", {m.cable_name.size(), m.cable_length.size(),
+                                                    m.cable_rate.size(), m.cable_tension.size()});
+}
+
+void SetLengths(const ReducedStateTelemetry& m, reduced_state_t* wire) {
+  wire->num_q = Length("MANTLE_REDUCED_STATE q", {m.q.size()});
+  wire->num_v = Length("MANTLE_REDUCED_STATE v", {m.v.size()});
+}
+
+void SetLengths(const PlanTelemetry& m, plan_t* wire) {
+  wire->num_knots = Length("MANTLE_PLAN knots", {m.time.size(), m.tension.size(),
+                                                 m.root_position.size(), m.tip_position.size()});
+  wire->num_motors = wire->num_arms = 0;
+  for (std::size_t k = 0; k < m.time.size(); ++k) {
+    wire->num_motors = Length("MANTLE_PLAN motors", {m.tension[0].size(), m.tension[k].size()});
+    wire->num_arms =
+        Length("MANTLE_PLAN arms", {m.tip_position[0].size(), m.tip_position[k].size()});
+  }
+}
+
+void SetLengths(const DrivesTelemetry& m, drives_t* wire) {
+  wire->num_drives =
+      Length("MANTLE_DRIVES drives",
+             {m.motor_name.size(), m.node.size(), m.statusword.size(), m.torque_permille.size(),
+              m.position_counts.size(), m.velocity_counts_s.size(), m.current_permille.size(),
+              m.temperature_celsius.size(), m.target_torque_permille.size(),
+              m.tension_estimate.size(), m.reeled_length.size()});
+}
+
+void SetLengths(const EnergyTelemetry& m, energy_t* wire) {
+  wire->num_works = Length("MANTLE_ENERGY works", {m.work_name.size(), m.work.size()});
+}
+
+void SetLengths(const StatusTelemetry&, status_t*) {}
+
+template <typename Plain, typename Wire>
+bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to) {
+  const int size = static_cast<int>(bytes.size());
+  Wire wire;
+  try {
+    if (wire.decode(bytes.data(), 0, size) != size) return false;
+  } catch (const std::exception&) {
+    return false;  // a count that is no count: the generated code believes it
+  }
+  Plain plain;
+  VisitFields([](const char*, auto& field, const auto& other) { Copy(other, field); }, plain, wire);
+  to.Write(plain);
+  return true;
+}
+
+struct ChannelDecoder {
+  const char* channel;
+  bool (*decode)(std::span<const std::uint8_t>, TelemetrySink&);
+};
+
+constexpr ChannelDecoder kDecoders[] = {
+    {StateTelemetry::kChannel, Decode<StateTelemetry, state_t>},
+    {ReducedStateTelemetry::kChannel, Decode<ReducedStateTelemetry, reduced_state_t>},
+    {PlanTelemetry::kChannel, Decode<PlanTelemetry, plan_t>},
+    {DrivesTelemetry::kChannel, Decode<DrivesTelemetry, drives_t>},
+    {EnergyTelemetry::kChannel, Decode<EnergyTelemetry, energy_t>},
+    {StatusTelemetry::kChannel, Decode<StatusTelemetry, status_t>},
+};
+
+struct Closer {
+  void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
+  void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
+  void operator()(lcm_eventlog_event_t* event) const { lcm_eventlog_free_event(event); }
+};
+using LcmPointer = std::unique_ptr<lcm_t, Closer>;
+using LogPointer = std::unique_ptr<lcm_eventlog_t, Closer>;
+using EventPointer = std::unique_ptr<lcm_eventlog_event_t, Closer>;
+
+class Link final : public LcmLink {
+ public:
+  explicit Link(const LcmOptions& options) {
+    if (!options.url.empty()) OpenUrl(options);
+    if (options.log_folder) OpenLog(*options.log_folder, options.log_name);
+  }
+
+  void Write(const StateTelemetry& m) override { Send(m, &state_); }
+  void Write(const ReducedStateTelemetry& m) override { Send(m, &reduced_state_); }
+  void Write(const PlanTelemetry& m) override { Send(m, &plan_); }
+  void Write(const DrivesTelemetry& m) override { Send(m, &drives_); }
+  void Write(const EnergyTelemetry& m) override { Send(m, &energy_); }
+  void Write(const StatusTelemetry& m) override { Send(m, &status_); }
+
+  int Receive(int timeout_ms, TelemetrySink& to) override {
+    assert(receiving_);
+    const std::uint64_t before = counters_.received;
+    receiver_ = &to;
+    int wait_ms = timeout_ms;
+    while (!thrown_ && lcm_handle_timeout(lcm_.get(), wait_ms) > 0) wait_ms = 0;
+    receiver_ = nullptr;
+    if (thrown_) std::rethrow_exception(std::exchange(thrown_, nullptr));
+    return static_cast<int>(counters_.received - before);
+  }
+
+  void FinishLog() override {
+    assert(log_);
+    const bool whole = !log_failed_ && std::fflush(log_->f) == 0;
+    log_.reset();
+    if (!whole) {
+      throw std::runtime_error(partial_.string() + ": cannot be written; is the disk full?");
+    }
+    std::filesystem::rename(partial_, log_path_);
+  }
+
+  const LcmCounters& counters() const override { return counters_; }
+
+ private:
+  void OpenUrl(const LcmOptions& options) {
+    bool known = false;
+    for (const std::string_view provider : kProviders) known |= options.url.starts_with(provider);
+    if (!known) throw BadInput(fmt::format("--lcm: {}: must be {}", options.url, kLcmUrlHelp));
+    lcm_.reset(lcm_create(options.url.c_str()));
+    bool open = lcm_ != nullptr;
+    for (const ChannelDecoder& d : kDecoders) {
+      if (!open || !options.receive) break;
+      lcm_subscription_t* heard = lcm_subscribe(lcm_.get(), d.channel, OnMessage, this);
+      open = heard != nullptr && lcm_subscription_set_queue_capacity(heard, kQueuedMessages) == 0;
+    }
+    if (!open) {
+      throw BadInput(fmt::format(
+          "--lcm: {}: cannot be opened: must be {}, and this machine needs a route for multicast "
+          "(`ip route` shows it; without a network: ip route add 224.0.0.0/4 dev lo)",
+          options.url, kLcmUrlHelp));
+    }
+    receiving_ = options.receive;
+  }
+
+  void OpenLog(const std::filesystem::path& folder, const std::string& name) {
+    log_path_ = folder / name;
+    partial_ = PartialPath(log_path_);
+    log_.reset(lcm_eventlog_create(partial_.c_str(), "w"));
+    if (!log_) throw CannotWrite(partial_);
+  }
+
+  // Runs inside liblcm, which no exception may cross.
+  static void OnMessage(const lcm_recv_buf_t* message, const char* channel, void* self) {
+    Link& link = *static_cast<Link*>(self);
+    if (link.thrown_) return;
+    try {
+      const std::span bytes(static_cast<const std::uint8_t*>(message->data), message->data_size);
+      const bool ours = DecodeTelemetry(channel, bytes, *link.receiver_);
+      ++(ours ? link.counters_.received : link.counters_.malformed);
+    } catch (...) {
+      link.thrown_ = std::current_exception();
+    }
+  }
+
+  template <typename Plain, typename Wire>
+  void Send(const Plain& plain, Wire* wire) {
+    SetLengths(plain, wire);
+    VisitFields([](const char*, const auto& field, auto& other) { Copy(field, other); }, plain,
+                *wire);
+    const int size = wire->getEncodedSize();
+    if (static_cast<std::size_t>(size) > kMaxMessage_bytes) {
+      throw BadInput(
+          fmt::format("{}: a message of {} bytes, must be at most {}: fewer knots, arms or cables",
+                      Plain::kChannel, size, kMaxMessage_bytes));
+    }
+    bytes_.resize(static_cast<std::size_t>(size));
+    if (wire->encode(bytes_.data(), 0, size) != size) {
+      throw std::invalid_argument(std::string(Plain::kChannel) + ": a text holds a zero byte");
+    }
+    if (log_) Append(Plain::kChannel, plain.utime);
+    if (lcm_ &&
+        lcm_publish(lcm_.get(), Plain::kChannel, bytes_.data(), static_cast<unsigned>(size)) != 0) {
+      ++counters_.publish_failures;
+    }
+    ++counters_.written;
+  }
+
+  void Append(std::string_view channel, std::int64_t utime) {
+    lcm_eventlog_event_t event{};
+    event.timestamp = utime;
+    event.channellen = static_cast<std::int32_t>(channel.size());
+    event.datalen = static_cast<std::int32_t>(bytes_.size());
+    event.channel = const_cast<char*>(channel.data());  // only read, in spite of its type
+    event.data = bytes_.data();
+    if (lcm_eventlog_write_event(log_.get(), &event) != 0) log_failed_ = true;
+  }
+
+  std::filesystem::path log_path_, partial_;
+  LcmCounters counters_;
+  bool log_failed_{false}, receiving_{false};
+  TelemetrySink* receiver_{nullptr};
+  std::exception_ptr thrown_;
+  std::vector<std::uint8_t> bytes_;
+  state_t state_;
+  reduced_state_t reduced_state_;
+  plan_t plan_;
+  drives_t drives_;
+  energy_t energy_;
+  status_t status_;
+  LogPointer log_;
+  LcmPointer lcm_;
+};
+
+}  // namespace
+
+std::unique_ptr<LcmLink> OpenLcm(const LcmOptions& options) {
+  return std::make_unique<Link>(options);
+}
+
+LogEnd ReadEventLog(const std::filesystem::path& file,
+                    const std::function<void(const LogEvent&)>& on_event) {
+  const bool readable = std::filesystem::is_regular_file(file);
+  const LogPointer log(readable ? lcm_eventlog_create(file.c_str(), "r") : nullptr);
+  if (!log) throw BadInput(file.string() + ": cannot be read: must be an LCM event log");
+  const auto size = static_cast<std::int64_t>(std::filesystem::file_size(file));
+  constexpr std::int64_t kHeader_bytes = 28;
+  LogEnd end;
+  std::int64_t at = 0;
+  while (const EventPointer event{lcm_eventlog_read_next_event(log.get())}) {
+    const std::int64_t next = at + kHeader_bytes + event->channellen + event->datalen;
+    if (std::ftell(log->f) != next) break;  // liblcm skipped damaged bytes
+    on_event({event->timestamp,
+              {event->channel, static_cast<std::size_t>(event->channellen)},
+              {static_cast<const std::uint8_t*>(event->data),
+               static_cast<std::size_t>(event->datalen)}});
+    at = next;
+    ++end.events;
+  }
+  if (at != size) end.damaged_at_byte = at;
+  return end;
+}
+
+bool DecodeTelemetry(std::string_view channel, std::span<const std::uint8_t> bytes,
+                     TelemetrySink& to) {
+  for (const ChannelDecoder& d : kDecoders) {
+    if (channel == d.channel) return d.decode(bytes, to);
+  }
+  return false;
+}
+
+}  // namespace mantle::tools

@@ -1,0 +1,115 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+/// What a run says about itself while it runs, as plain values: field for field the messages of
+/// lcm_types/, where units and frames stand. Lists that belong together (all of the arms, of the
+/// cables, of the drives, of the knots) have one length.
+
+namespace mantle::tools {
+
+using Triple = std::array<double, 3>;
+using Quaternion = std::array<double, 4>;  ///< w, x, y, z
+using Twist = std::array<double, 6>;       ///< angular part first
+
+struct StateTelemetry {
+  static constexpr const char* kChannel = "MANTLE_STATE";
+
+  std::int64_t utime{0};
+  Triple root_position{};
+  Quaternion root_quaternion{1, 0, 0, 0};
+  Twist root_twist{};
+  std::vector<std::string> arm_name;
+  std::vector<Triple> tip_position;
+  std::vector<Quaternion> tip_quaternion;
+  std::vector<Twist> tip_twist;
+  Triple centre_of_mass{};
+  Triple heading{0, 0, 1};
+  double volume{0}, volume_rate{0}, thrust{0};
+  std::vector<std::string> cable_name;
+  std::vector<double> cable_length, cable_rate, cable_tension;
+
+  bool operator==(const StateTelemetry&) const = default;
+};
+
+struct ReducedStateTelemetry {
+  static constexpr const char* kChannel = "MANTLE_REDUCED_STATE";
+
+  std::int64_t utime{0};
+  Triple root_position{};
+  Quaternion root_quaternion{1, 0, 0, 0};
+  std::vector<double> q, v;
+
+  bool operator==(const ReducedStateTelemetry&) const = default;
+};
+
+struct PlanTelemetry {
+  static constexpr const char* kChannel = "MANTLE_PLAN";
+
+  std::int64_t utime{0};
+  std::vector<double> time;                       ///< of the knots
+  std::vector<std::vector<double>> tension;       ///< knots x motors
+  std::vector<Triple> root_position;              ///< knots
+  std::vector<std::vector<Triple>> tip_position;  ///< knots x arms
+  double cost{0};
+  std::string status;
+  std::int64_t solve_time_us{0};
+
+  bool operator==(const PlanTelemetry&) const = default;
+};
+
+struct DrivesTelemetry {
+  static constexpr const char* kChannel = "MANTLE_DRIVES";
+
+  std::int64_t utime{0};
+  std::vector<std::string> motor_name;
+  std::vector<std::int32_t> node, statusword;
+  std::vector<std::int16_t> torque_permille;
+  std::vector<std::int32_t> position_counts, velocity_counts_s;
+  std::vector<std::int16_t> current_permille;
+  std::vector<std::int8_t> temperature_celsius;
+  std::vector<std::int16_t> target_torque_permille;
+  std::vector<double> tension_estimate, reeled_length;
+
+  bool operator==(const DrivesTelemetry&) const = default;
+};
+
+struct EnergyTelemetry {
+  static constexpr const char* kChannel = "MANTLE_ENERGY";
+
+  std::int64_t utime{0};
+  double kinetic_solid{0}, kinetic_water{0}, elastic_arms{0}, elastic_mantle{0}, gravity{0};
+  std::vector<std::string> work_name;
+  std::vector<double> work;
+  double dissipated{0}, input_power{0}, output_power{0};
+
+  bool operator==(const EnergyTelemetry&) const = default;
+};
+
+struct StatusTelemetry {
+  static constexpr const char* kChannel = "MANTLE_STATUS";
+
+  std::int64_t utime{0};
+  std::string control_mode, solver_status;
+  std::int64_t solves{0}, iterations{0}, misses{0}, fallbacks{0}, safe_decays{0};
+  std::string text;
+
+  bool operator==(const StatusTelemetry&) const = default;
+};
+
+/// Where telemetry goes: the seam between a run and whoever listens.
+class TelemetrySink {
+ public:
+  virtual ~TelemetrySink() = default;
+  virtual void Write(const StateTelemetry& message) = 0;
+  virtual void Write(const ReducedStateTelemetry& message) = 0;
+  virtual void Write(const PlanTelemetry& message) = 0;
+  virtual void Write(const DrivesTelemetry& message) = 0;
+  virtual void Write(const EnergyTelemetry& message) = 0;
+  virtual void Write(const StatusTelemetry& message) = 0;
+};
+
+}  // namespace mantle::tools

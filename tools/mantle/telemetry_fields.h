@@ -1,0 +1,103 @@
+#pragma once
+
+#include <type_traits>
+
+#include "tools/mantle/telemetry.h"
+
+/// The fields of each message, once: VisitFields(f, plain, others...) calls f("name", plain.name,
+/// others.name...) for every field, in the order of the .lcm file. The others may be of any type
+/// with the same names, the generated ones included; lists bring their length along, so that no
+/// count is visited.
+
+namespace mantle::tools {
+
+template <typename T, typename Plain>
+concept Message = std::is_same_v<std::remove_const_t<T>, Plain>;
+
+template <typename F, Message<StateTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("root_position", m.root_position, o.root_position...);
+  f("root_quaternion", m.root_quaternion, o.root_quaternion...);
+  f("root_twist", m.root_twist, o.root_twist...);
+  f("arm_name", m.arm_name, o.arm_name...);
+  f("tip_position", m.tip_position, o.tip_position...);
+  f("tip_quaternion", m.tip_quaternion, o.tip_quaternion...);
+  f("tip_twist", m.tip_twist, o.tip_twist...);
+  f("centre_of_mass", m.centre_of_mass, o.centre_of_mass...);
+  f("heading", m.heading, o.heading...);
+  f("volume", m.volume, o.volume...);
+  f("volume_rate", m.volume_rate, o.volume_rate...);
+  f("thrust", m.thrust, o.thrust...);
+  f("cable_name", m.cable_name, o.cable_name...);
+  f("cable_length", m.cable_length, o.cable_length...);
+  f("cable_rate", m.cable_rate, o.cable_rate...);
+  f("cable_tension", m.cable_tension, o.cable_tension...);
+}
+
+template <typename F, Message<ReducedStateTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("root_position", m.root_position, o.root_position...);
+  f("root_quaternion", m.root_quaternion, o.root_quaternion...);
+  f("q", m.q, o.q...);
+  f("v", m.v, o.v...);
+}
+
+template <typename F, Message<PlanTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("time", m.time, o.time...);
+  f("tension", m.tension, o.tension...);
+  f("root_position", m.root_position, o.root_position...);
+  f("tip_position", m.tip_position, o.tip_position...);
+  f("cost", m.cost, o.cost...);
+  f("status", m.status, o.status...);
+  f("solve_time_us", m.solve_time_us, o.solve_time_us...);
+}
+
+template <typename F, Message<DrivesTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("motor_name", m.motor_name, o.motor_name...);
+  f("node", m.node, o.node...);
+  f("statusword", m.statusword, o.statusword...);
+  f("torque_permille", m.torque_permille, o.torque_permille...);
+  f("position_counts", m.position_counts, o.position_counts...);
+  f("velocity_counts_s", m.velocity_counts_s, o.velocity_counts_s...);
+  f("current_permille", m.current_permille, o.current_permille...);
+  f("temperature_celsius", m.temperature_celsius, o.temperature_celsius...);
+  f("target_torque_permille", m.target_torque_permille, o.target_torque_permille...);
+  f("tension_estimate", m.tension_estimate, o.tension_estimate...);
+  f("reeled_length", m.reeled_length, o.reeled_length...);
+}
+
+template <typename F, Message<EnergyTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("kinetic_solid", m.kinetic_solid, o.kinetic_solid...);
+  f("kinetic_water", m.kinetic_water, o.kinetic_water...);
+  f("elastic_arms", m.elastic_arms, o.elastic_arms...);
+  f("elastic_mantle", m.elastic_mantle, o.elastic_mantle...);
+  f("gravity", m.gravity, o.gravity...);
+  f("work_name", m.work_name, o.work_name...);
+  f("work", m.work, o.work...);
+  f("dissipated", m.dissipated, o.dissipated...);
+  f("input_power", m.input_power, o.input_power...);
+  f("output_power", m.output_power, o.output_power...);
+}
+
+template <typename F, Message<StatusTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("control_mode", m.control_mode, o.control_mode...);
+  f("solver_status", m.solver_status, o.solver_status...);
+  f("solves", m.solves, o.solves...);
+  f("iterations", m.iterations, o.iterations...);
+  f("misses", m.misses, o.misses...);
+  f("fallbacks", m.fallbacks, o.fallbacks...);
+  f("safe_decays", m.safe_decays, o.safe_decays...);
+  f("text", m.text, o.text...);
+}
+
+}  // namespace mantle::tools
