@@ -11,6 +11,10 @@ constexpr int kMostGains = 6;
 constexpr double kActive_n = 2e-4;
 /// Weight of an active constraint over the Hessian's largest entry.
 constexpr double kPenalty = 1e7;
+/// What a row left out of the program may be broken by [N].
+constexpr double kSlack_n = 0.01;
+/// Nodes where a pulse is lower say little of its height.
+constexpr double kTellingShape = 0.25;
 
 }  // namespace
 
@@ -89,12 +93,42 @@ void Condensed::MakeRows() {
     }
     from = to;
   }
+  used_.reserve(rows_.size());
+  jacobian_pattern_.row.reserve(4 * rows_.size());
+  jacobian_pattern_.column.reserve(4 * rows_.size());
+}
+
+void Condensed::ChooseRows() {
+  used_.clear();
+  jacobian_pattern_.row.clear();
+  jacobian_pattern_.column.clear();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    for (int i = 0; i < rows_[r].count; ++i) {
-      jacobian_pattern_.row.push_back(static_cast<int>(r));
-      jacobian_pattern_.column.push_back(rows_[r].at[i]);
+    const Row& row = rows_[r];
+    double least = 0, most = 0;
+    for (int i = 0; i < row.count; ++i) {
+      const double a = row.by[i] * low_(row.at[i]), b = row.by[i] * high_(row.at[i]);
+      least += std::min(a, b);
+      most += std::max(a, b);
     }
+    if (least > row.low - kSlack_n && most < row.high + kSlack_n) continue;
+    for (int i = 0; i < row.count; ++i) {
+      jacobian_pattern_.row.push_back(static_cast<int>(used_.size()));
+      jacobian_pattern_.column.push_back(row.at[i]);
+    }
+    used_.push_back(static_cast<int>(r));
   }
+}
+
+// Height of the pulse that the plan has about a knot, over the lower limit.
+double Condensed::PlannedAmplitude(const Trajectory& t, int knot, int motor) const {
+  double shape = kTellingShape, amplitude = 0;
+  for (int k = 1; k <= horizon_.steps(); ++k) {
+    const Horizon::Hat& hat = horizon_.hats[k];
+    if ((hat.knot[0] != knot && hat.knot[1] != knot) || t.shape(motor, k) < shape) continue;
+    shape = t.shape(motor, k);
+    amplitude = (t.tensions(motor, k) - options_.motors[motor].min_tension_n) / shape;
+  }
+  return amplitude;
 }
 
 void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
@@ -106,11 +140,12 @@ void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
       const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
       const bool knot = hat.weight[1] == 1.0;
       if (knot) {
-        // An amplitude may change by the whole range, whatever the pulse is at the knot.
         const double range = limits.max_tension_n - limits.min_tension_n;
+        const double amplitude =
+            decides_amplitude(i) ? std::clamp(PlannedAmplitude(t, hat.knot[1], i), 0.0, range) : 0;
         const int at = hat.knot[1] * motors_ + i;
-        low_(at) = decides_amplitude(i) ? -range : low;
-        high_(at) = decides_amplitude(i) ? range : high;
+        low_(at) = decides_amplitude(i) ? -amplitude : low;
+        high_(at) = decides_amplitude(i) ? range - amplitude : high;
         if (!decides_amplitude(i)) continue;
       }
       Row& row = rows_[(*r)++];
@@ -156,6 +191,7 @@ void Condensed::BoundRows(const Trajectory& t) {
   std::size_t row = 0;
   BoundNodes(t, &row);
   BoundSlopes(t, &row);
+  ChooseRows();
 }
 
 double Condensed::StageWeight(int k) const {
@@ -325,7 +361,8 @@ double Condensed::Cost(const Trajectory& t, const PositionHistory& history) {
 
 double Condensed::Violation(const Eigen::Ref<const VectorX>& w) const {
   double worst = std::max((low_ - w).maxCoeff(), (w - high_).maxCoeff());
-  for (const Row& row : rows_) {
+  for (const int r : used_) {
+    const Row& row = rows_[r];
     const double value = row.Value(w);
     worst = std::max({worst, row.low - value, value - row.high});
   }
@@ -348,7 +385,8 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
       const int at = first + i;
       if (w(at) - low_(at) < kActive_n || high_(at) - w(at) < kActive_n) h(i, i) += penalty;
     }
-    for (const Row& row : rows_) {
+    for (const int r : used_) {
+      const Row& row = rows_[r];
       const double value = row.Value(w);
       if (value - row.low > kActive_n && row.high - value > kActive_n) continue;
       for (int i = 0; i < row.count; ++i) {
@@ -377,9 +415,9 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
 void Condensed::Bounds(double* x_low, double* x_high, double* g_low, double* g_high) const {
   std::copy(low_.begin(), low_.end(), x_low);
   std::copy(high_.begin(), high_.end(), x_high);
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    g_low[r] = rows_[r].low;
-    g_high[r] = rows_[r].high;
+  for (std::size_t r = 0; r < used_.size(); ++r) {
+    g_low[r] = rows_[used_[r]].low;
+    g_high[r] = rows_[used_[r]].high;
   }
 }
 
@@ -399,12 +437,12 @@ bool Condensed::Gradient(const double* x, bool, double* gradient) {
 
 bool Condensed::Constraints(const double* x, bool, double* g) {
   const Eigen::Map<const VectorX> w(x, gradient_.size());
-  for (std::size_t r = 0; r < rows_.size(); ++r) g[r] = rows_[r].Value(w);
+  for (std::size_t r = 0; r < used_.size(); ++r) g[r] = rows_[used_[r]].Value(w);
   return true;
 }
 
 bool Condensed::Jacobian(const double*, bool, double* values) {
-  for (const Row& row : rows_) values = std::copy_n(row.by.begin(), row.count, values);
+  for (const int r : used_) values = std::copy_n(rows_[r].by.begin(), rows_[r].count, values);
   return true;
 }
 
