@@ -121,8 +121,13 @@ TEST_F(ClosedLoopRun, TheTrajectoryHoldsWhatWasAskedAndWhatPulled) {
   }
   constexpr double kRoundOff = 1e-12;
   EXPECT_NEAR(columns.at("error_position_m").back(), std::sqrt(square), kRoundOff);
-  // Spokes are the mantle motor's one cable: what the motor pulls with is the cable's tension.
-  EXPECT_EQ(columns.at("pulled_mantle_n"), columns.at("mantle_squeeze_tension_n"));
+  // Spokes are the mantle motor's one cable: what the motor pulls with is the cable's tension, but
+  // for the last change of the plant's Newton iteration.
+  constexpr double kNewton_n = 5e-6;
+  for (int i = 0; i < kSamples; ++i) {
+    EXPECT_NEAR(columns.at("pulled_mantle_n")[i], columns.at("mantle_squeeze_tension_n")[i],
+                kNewton_n);
+  }
   EXPECT_GT(*std::max_element(columns.at("command_mantle_n").begin(),
                               columns.at("command_mantle_n").end()),
             0.1)
