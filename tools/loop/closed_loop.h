@@ -9,6 +9,7 @@
 #include "controller/controller.h"
 #include "controller/estimator.h"
 #include "controller/sensors.h"
+#include "controller/tension_loop.h"
 #include "model/scene.h"
 #include "reduced/projection.h"
 #include "tools/loop/vehicle.h"
@@ -97,6 +98,7 @@ class ClosedLoop {
   model::StepStatus Turn(long cycle, LoopResult* result);
   void Account(LoopResult* result);
   void Command(double t_s, const reduced::ReducedState* estimate, LoopResult* result);
+  void AskForTorques();
 
   model::Scene scene_;
   model::ControlOptions control_;
@@ -116,6 +118,7 @@ class ClosedLoop {
   reduced::ReducedState truth_;
   model::VectorX command_, asked_, before_, tension_, pulled_, residual_;
   std::vector<MotorCommand> torques_;
+  std::vector<controller::TensionLoop> tension_loops_;
   std::vector<double> work_before_j_;
   long control_every_;
   double pulled_s_{0}, travelled_m_{0}, output_j_{0}, input_j_{0}, squared_error_{0};
