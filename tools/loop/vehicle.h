@@ -50,7 +50,8 @@ struct VehicleOptions {
 };
 
 /// Coupling steps per period that keep drum and cable resolved: the drum's mass on a cable of this
-/// stiffness turns by at most half a radian per step (docs/vehicle.md has the measurement).
+/// stiffness turns by at most a quarter of a radian per step (docs/vehicle.md has the measurement).
+/// A step is a whole number of the drives' sub-steps.
 int CouplingSteps(const model::DriveOptions& options);
 
 /// The figures of the simulated drive (firmware_sim/motor_data.h).
@@ -90,7 +91,8 @@ class Vehicle {
   /// commands without effect.
   void RequestStop() { master_->Stop(now_us_); }
   bool stopped() const { return master_->stopped(); }
-  /// RequestStop and cycles until stopped. The reason of a failure names the drive.
+  /// RequestStop and cycles until every drive is stopped and its cable let go. The reason of a
+  /// failure names the drive.
   model::StepStatus Stop();
 
   /// One period in which the master says nothing, as if its program had died: no RPDO, no SYNC, no
