@@ -1,5 +1,6 @@
 #include "reduced/step.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace mantle::reduced {
@@ -9,10 +10,13 @@ using model::PlantInputs;
 namespace {
 
 constexpr double kGamma2 = 0.29289321881345254;  // 1 - 1/sqrt(2): L-stable SDIRK2 (Alexander 1977)
-// Newton: a contraction above this makes a new matrix; increments growing that much give up.
-constexpr double kPoorContraction = 0.5;
+// Newton: a contraction above this makes a new matrix (Broyden's first corrections may overshoot
+// where the jet turns round, and a matrix costs as much as several residuals); increments growing
+// that much give up.
+constexpr double kPoorContraction = 2.0;
 constexpr double kDivergence = 1e6;
 constexpr double kAssumedContraction = 0.1;
+constexpr double kAssumedCurvature = 10.0;  // with a new matrix the error squares, times this
 constexpr double kLargestShare = 0.8;  // of the last step that Broyden's correction may add again
 constexpr int kHalvings = 8;           // of a step into a shape that cannot be
 constexpr int kUpdates = 12;           // kept
@@ -37,21 +41,25 @@ StepJacobian::StepJacobian(const ReducedModel& model) {
   step.setZero(2 * n);
 }
 
-StepWork::StepWork(const ReducedModel& model) : evaluation_(model), jacobians_(model) {
+StepStages::StepStages(const ReducedModel& model) {
+  for (VectorX& y : increment) y.setZero(model.velocity_count());
+}
+
+StepWork::StepWork(const ReducedModel& model)
+    : evaluation_(model), jacobians_(model), lu_(model.velocity_count()) {
   const int n = model.velocity_count();
-  const int columns = 2 * n + model.input_count() + 1;
+  const int columns = PanelColumns(2 * n + model.input_count() + 1);
   for (Stage& s : stages_) {
     for (VectorX* v : {&s.y, &s.y_known, &s.y_rate, &s.v_known, &s.acceleration}) v->setZero(n);
     s.state = InitialState(model);
-    for (Eigen::MatrixXd* m : {&s.y_by, &s.rate_by, &s.v_by}) m->setZero(n, columns);
+    for (Panel* m : {&s.y_by, &s.rate_by}) m->setZero(n, columns);
+    s.root.setZero(6, columns);
   }
   matrix_.setZero(n, n);
   weighted_.setZero(n, n);
-  rhs_.setZero(n, columns);
-  known_.setZero(n, columns);
-  lu_ = Eigen::PartialPivLU<Eigen::MatrixXd>(Eigen::MatrixXd::Identity(n, n));
+  left_.setZero(n, n + 6);
+  right_.setZero(n + 6, columns);
   increment_.setZero(n);
-  permuted_.setZero(n);
   last_.setZero(n);
   steps_.setZero(n, kUpdates);
   norms_.setZero(kUpdates);
@@ -85,7 +93,7 @@ class StepSolver {
         n_(model.velocity_count()),
         free_(model.plant.root_free()) {}
 
-  bool Solve(bool derivatives, StepOutcome* outcome) {
+  bool Solve(bool derivatives, const StepStages* guess, StepOutcome* outcome) {
     for (int i = 0; i < scheme_.stages; ++i) {
       StepWork::Stage& s = work_.stages_[i];
       if (i == 0) {
@@ -96,12 +104,22 @@ class StepSolver {
         s.y_known = (h_ * scheme_.a21) * p.y_rate;
         s.v_known = from_.v + (h_ * scheme_.a21) * p.acceleration;
       }
-      // the rate goes on as it was
-      s.y = s.y_known + (1.0 / sigma_) * (i == 0 ? s.v_known : work_.stages_[0].y_rate);
+      if (guess != nullptr) {
+        s.y = guess->increment[i];
+      } else {  // the rate goes on as it was
+        s.y = s.y_known + (1.0 / sigma_) * (i == 0 ? s.v_known : work_.stages_[0].y_rate);
+      }
       if (!SolveStage(i, derivatives, outcome)) return false;
-      if (derivatives && !Differentiate(i)) return Fail(outcome, "the stage's matrix is singular");
+      if (!derivatives) continue;
+      Correct(i);
+      if (!Differentiate(i)) return Fail(outcome, "the stage's matrix is singular");
     }
     return true;
+  }
+
+  void Remember(StepStages* stages) const {
+    for (int i = 0; i < scheme_.stages; ++i) stages->increment[i] = work_.stages_[i].y;
+    stages->known = true;
   }
 
   void Finish(ReducedState* to) const {
@@ -113,25 +131,24 @@ class StepSolver {
     to->v = s.state.v;
   }
 
-  void FinishJacobian(StepJacobian* out) const {
+  void FinishJacobian(StepJacobian* out) {
     const StepWork::Stage& s = work_.stages_[scheme_.stages - 1];
     const int inputs = model_.input_count();
-    const auto split = [&](const Eigen::MatrixXd& from, int row) {
-      out->state.middleRows(row, n_) = from.leftCols(2 * n_);
-      out->input.middleRows(row, n_) = from.middleCols(2 * n_, inputs);
-      out->step.segment(row, n_) = from.col(2 * n_ + inputs);
+    const auto split = [&](const auto& from, int row) {
+      const auto rows = from.rows();
+      out->state.middleRows(row, rows) = from.leftCols(2 * n_);
+      out->input.middleRows(row, rows) = from.middleCols(2 * n_, inputs);
+      out->step.segment(row, rows) = from.col(2 * n_ + inputs);
     };
-    split(s.y_by, 0);
-    split(s.v_by, n_);
-    // q = q_0 + y, and the root's increment in the body frame of its end
-    out->state.block(6, 6, n_ - 6, n_ - 6).diagonal().array() += 1.0;
-    if (free_) {
-      out->state.topRows<6>().noalias() = s.jr.lazyProduct(s.y_by.topRows<6>().leftCols(2 * n_));
-      out->state.topLeftCorner<6, 6>() += Adjoint(model::Inverse(Moved(s)));
-      out->input.topRows<6>().noalias() =
-          s.jr.lazyProduct(s.y_by.topRows<6>().middleCols(2 * n_, inputs));
-      out->step.head<6>() = s.jr * s.y_by.topRows<6>().col(2 * n_ + inputs);
-    }
+    // the root's increment in the body frame of its end
+    work_.root_rows_.setZero();
+    if (free_) AddProduct(s.jr, s.y_by.topRows<6>(), work_.root_rows_);
+    split(work_.root_rows_, 0);
+    split(s.y_by.bottomRows(n_ - 6), 6);
+    split(s.root, n_);
+    split(s.rate_by.bottomRows(n_ - 6), n_ + 6);
+    if (free_) out->state.topLeftCorner<6, 6>() += Adjoint(model::Inverse(Moved(s)));
+    out->state.block(6, 6, n_ - 6, n_ - 6).diagonal().array() += 1.0;  // q = q_0 + y
   }
 
  private:
@@ -189,7 +206,7 @@ class StepSolver {
       work_.matrix_.topRows<6>().setZero();
       work_.matrix_.topLeftCorner<6, 6>().setIdentity();
     }
-    work_.lu_.compute(work_.matrix_);
+    work_.lu_.Factor(work_.matrix_);
   }
 
   // Newton's method with one matrix and Broyden's updates of its inverse (Kelley, Iterative Methods
@@ -210,7 +227,8 @@ class StepSolver {
         have_matrix_ = false;
         Unpack(i);
       }
-      if (!have_matrix_) {
+      const bool fresh = !have_matrix_;
+      if (fresh) {
         Factor(i, false);
         have_matrix_ = true;
         updates = 0;
@@ -218,7 +236,7 @@ class StepSolver {
       VectorX& step = work_.increment_;
       step = -work_.evaluation_.residual;
       if (!free_) step.head<6>().setZero();
-      SolveInPlace(step, work_.permuted_);
+      work_.lu_.Solve(&step);
       step.array() *= work_.scale_.array();
       for (int j = 0; j + 1 < updates; ++j) {
         step += work_.steps_.col(j + 1) * (work_.steps_.col(j).dot(step) / work_.norms_(j));
@@ -234,12 +252,13 @@ class StepSolver {
       work_.last_.array() = step.array() / work_.scale_.array();
       s.y += work_.last_;
       ++outcome->iterations;
-      const double contraction = k > 0 ? size / previous : kAssumedContraction;
+      const double contraction = fresh ? std::min(kAssumedContraction, kAssumedCurvature * size)
+                                       : (k > 0 ? size / previous : kAssumedContraction);
       if (contraction < 1.0 && size * contraction < settings_.tolerance * (1.0 - contraction)) {
         Unpack(i);
         return !derivatives || Evaluate(i, outcome);
       }
-      if (updates == work_.steps_.cols() || (k > 0 && contraction > kPoorContraction)) {
+      if (updates == work_.steps_.cols() || (k > 0 && size > kPoorContraction * previous)) {
         have_matrix_ = false;
       } else {
         work_.steps_.col(updates) = step;
@@ -261,81 +280,85 @@ class StepSolver {
     return false;
   }
 
-  // x = A^-1 x; `scratch` is sized like x.
-  template <typename Matrix>
-  void SolveInPlace(Matrix& x, Matrix& scratch) {
-    scratch = x;
-    const auto& to = work_.lu_.permutationP().indices();
-    for (int i = 0; i < n_; ++i) x.row(to(i)) = scratch.row(i);
-    work_.lu_.matrixLU().template triangularView<Eigen::UnitLower>().solveInPlace(x);
-    work_.lu_.matrixLU().template triangularView<Eigen::Upper>().solveInPlace(x);
-  }
-
-  // dy, d y_rate, dv of stage i in (zeta_0, q_0, v_0, u, h).
-  bool Differentiate(int i) {
+  // One more Newton step, with the matrix of the derivatives, which are taken before it.
+  void Correct(int i) {
     StepWork::Stage& s = work_.stages_[i];
     Factor(i, true);
+    VectorX& step = work_.increment_;
+    step = -work_.evaluation_.residual;
+    if (!free_) step.head<6>().setZero();
+    work_.lu_.Solve(&step);
+    s.y += step;
+    Unpack(i);
+  }
+
+  // d(y, y_rate, v) of stage i by (zeta_0, q_0, v_0, u, h).
+  bool Differentiate(int i) {
+    StepWork::Stage& s = work_.stages_[i];
     const ReducedJacobians& j = work_.jacobians_;
     const int inputs = model_.input_count();
     const int at_h = 2 * n_ + inputs;
+    const int rest = n_ - 6;
     const double inv_h = 1.0 / h_;
+    const double ha = h_ * scheme_.a21;
     const StepWork::Stage& p = work_.stages_[0];
-    Eigen::MatrixXd& rhs = work_.rhs_;
-    const auto weighted = [&](const VectorX& x) { return work_.weighted_.lazyProduct(x); };
+    Panel& x = s.y_by;
 
-    rhs.setZero();
+    // v_known = v_0 [+ h a21 a_1, a_1 = sigma (v_1 - v_0)]
+    const double by_velocity = i > 0 ? sigma_ * (1.0 - sigma_ * ha) : sigma_;
+    x.setZero();
     if (free_) {
-      rhs.leftCols<6>().noalias() -=
-          j.stiffness.leftCols<6>().lazyProduct(Adjoint(model::Inverse(Moved(s))));
+      x.leftCols<6>() = -j.stiffness.leftCols<6>().lazyProduct(Adjoint(model::Inverse(Moved(s))));
     }
-    rhs.middleCols(6, n_ - 6) -= j.stiffness.rightCols(n_ - 6);
-    rhs.middleCols(n_, n_) = sigma_ * j.mass;  // through v_known
-    rhs.middleCols(2 * n_, inputs) = -j.input;
-    // dv = -v/h dh and da = sigma dv - a/h dh at fixed y, y_known, v_known
+    x.middleCols(6, rest) = -j.stiffness.rightCols(rest);
+    x.middleCols(n_, n_) = by_velocity * j.mass;
+    x.middleCols(2 * n_, inputs) = -j.input;
+    // dv = -v/h dh and da = sigma dv - a/h dh at fixed y, y_known, v_known; h a_1 is fixed
     VectorX& column = work_.increment_;
-    column = s.state.v;
-    if (!free_) column.head<6>().setZero();
-    rhs.col(at_h).noalias() = inv_h * weighted(column);
-    column = s.acceleration;
-    if (!free_) column.head<6>().setZero();
-    rhs.col(at_h).noalias() += inv_h * j.mass.lazyProduct(column);
+    const auto root_held = [&](VectorX& v) -> VectorX& {
+      if (!free_) v.head<6>().setZero();
+      return v;
+    };
+    column = inv_h * s.state.v;
+    x.col(at_h) = work_.weighted_.lazyProduct(root_held(column));
+    column = inv_h * s.acceleration;
+    x.col(at_h) += j.mass.lazyProduct(root_held(column));
     if (i > 0) {
-      // y_known = h a21 y_rate_1, v_known = v_0 + h a21 a_1, a_1 = sigma (v_1 - v_0) [- a_1/h dh]
-      const double ha = h_ * scheme_.a21;
-      work_.known_ = ha * p.rate_by;
-      work_.known_.col(at_h) += scheme_.a21 * p.y_rate;
+      // y_known = h a21 y_rate_1 and v_known, in their root and other rows (there v = y_rate)
+      auto root_rate = work_.right_.topRows<6>();
+      root_rate.setZero();
+      work_.right_.middleRows<6>(6).setZero();
       if (free_) {
-        work_.root_rows_ = work_.known_.topRows<6>();
-        work_.known_.topRows<6>().noalias() = s.jr.lazyProduct(work_.root_rows_);
+        work_.root_rows_ = ha * p.rate_by.topRows<6>();
+        work_.root_rows_.col(at_h) += scheme_.a21 * p.y_rate.head<6>();
+        AddProduct(s.jr, work_.root_rows_, root_rate);
+        work_.right_.middleRows<6>(6) = p.root;
       }
-      if (!free_) work_.known_.topRows<6>().setZero();
-      rhs.noalias() += (sigma_ * work_.weighted_) * work_.known_;
-      work_.known_ = (ha * sigma_) * p.v_by;
-      work_.known_.middleCols(n_, n_).diagonal().array() -= ha * sigma_;
-      // d(a_1)/dh at fixed v_1, v_0 is -a_1/h; with d(h a21) = a21 dh they cancel: h a_1 is fixed
-      if (!free_) work_.known_.topRows<6>().setZero();
-      rhs.noalias() += (sigma_ * j.mass) * work_.known_;
+      work_.right_.bottomRows(rest) = p.rate_by.bottomRows(rest);
+      work_.left_.leftCols<6>() = sigma_ * work_.weighted_.leftCols<6>();
+      work_.left_.middleCols<6>(6) = (sigma_ * sigma_ * ha) * j.mass.leftCols<6>();
+      work_.left_.rightCols(rest) =
+          (sigma_ * ha) * (work_.weighted_.rightCols(rest) + sigma_ * j.mass.rightCols(rest));
+      AddProduct(work_.left_, work_.right_, x);
+      x.col(at_h) +=
+          (sigma_ * scheme_.a21) * work_.weighted_.rightCols(rest).lazyProduct(p.y_rate.tail(rest));
     }
     if (!free_) {
-      rhs.topRows<6>().setZero();
-      rhs.leftCols<6>().setZero();
-      rhs.middleCols(n_, 6).setZero();
+      x.topRows<6>().setZero();
+      x.middleCols(n_, 6).setZero();
     }
-    SolveInPlace(rhs, work_.known_);
-    if (!rhs.allFinite()) return false;
-    s.y_by = rhs;
-    s.rate_by = sigma_ * s.y_by;
+    work_.lu_.Solve(&x);
+    if (!std::isfinite(x.sum())) return false;  // as soon as one entry is not
+    s.rate_by = sigma_ * x;
     s.rate_by.col(at_h) -= inv_h * s.y_rate;
     if (i > 0) {
-      s.rate_by -= (sigma_ * h_ * scheme_.a21) * p.rate_by;
+      s.rate_by -= (sigma_ * ha) * p.rate_by;
       s.rate_by.col(at_h) -= (sigma_ * scheme_.a21) * p.y_rate;
     }
-    s.v_by = s.rate_by;
+    s.root.setZero();
     if (free_) {
-      s.v_by.topRows<6>().noalias() = s.jr.lazyProduct(s.rate_by.topRows<6>());
-      s.v_by.topRows<6>().noalias() += s.jr_rate.lazyProduct(s.y_by.topRows<6>());
-    } else {
-      s.v_by.topRows<6>().setZero();
+      AddProduct(s.jr, s.rate_by.topRows<6>(), s.root);
+      AddProduct(s.jr_rate, x.topRows<6>(), s.root);
     }
     return true;
   }
@@ -354,7 +377,7 @@ class StepSolver {
 
 StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, double h,
                      const ReducedState& from, const PlantInputs& first, const PlantInputs& last,
-                     StepWork* work, ReducedState* to, StepJacobian* jacobian) {
+                     StepWork* work, ReducedState* to, StepJacobian* jacobian, StepStages* stages) {
   StepOutcome outcome;
   if (from.q.size() != model.coordinate_count() || from.v.size() != model.velocity_count()) {
     outcome.ok = false;
@@ -369,7 +392,11 @@ StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, do
     return outcome;
   }
   StepSolver solver(model, settings, h, from, first, last, work);
-  if (!solver.Solve(jacobian != nullptr, &outcome)) return outcome;
+  const StepStages* const guess = stages != nullptr && stages->known ? stages : nullptr;
+  const bool solved = solver.Solve(jacobian != nullptr, guess, &outcome);
+  if (stages != nullptr) stages->known = false;
+  if (!solved) return outcome;
+  if (stages != nullptr) solver.Remember(stages);
   solver.Finish(to);
   if (jacobian != nullptr) solver.FinishJacobian(jacobian);
   return outcome;
