@@ -260,7 +260,6 @@ Sample Simulation::Observe() {
 }
 
 RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
-  RunResult result;
   Sample sample = Observe();
   bool go = state_.time_s > 0.0 || !observer || observer(sample);
   const bool every_step = settings_.output_interval_s <= settings_.step_s;
@@ -276,8 +275,15 @@ RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
     sample = Observe();
     if (observer) go = observer(sample);
   }
+  RunResult result = Result();
   result.ok = status.ok;
   result.reason = status.reason;
+  return result;
+}
+
+RunResult Simulation::Result() {
+  RunResult result;
+  result.ok = true;
   result.sim_time_s = state_.time_s;
   result.counters = counters();
   result.last = Observe();

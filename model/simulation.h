@@ -101,6 +101,8 @@ class Simulation {
   /// All of a run. `observer` sees every sample; returning false stops the run there (not an
   /// error).
   RunResult Run(const std::function<bool(const Sample&)>& observer = {});
+  /// What the run has come to so far, for a caller that advances it by himself.
+  RunResult Result();
 
   /// Text of everything a resumed run needs; restoring it continues with the same bits.
   std::string Checkpoint() const;

@@ -156,6 +156,8 @@ void Vehicle::OpenBuses(const std::string& spec) {
     master_bus_ = master_link_.get();
     drive_bus_ = drive_link_.get();
   }
+  meter_ = std::make_unique<MeteredBus>(*master_bus_);
+  master_bus_ = meter_.get();
   if (options_.record != nullptr) {
     recorder_ = std::make_unique<firmware_sim::RecordingBus>(*master_bus_, *options_.record);
     master_bus_ = recorder_.get();

@@ -86,7 +86,7 @@ int RunReducedScene(const SceneOptions& options) {
   reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
-  RemoveOldResults(folder, {"summary.json", "trajectory.csv"});
+  RemoveOldResults(folder, kRunResults);
   OutputFile trajectory(folder, "trajectory.csv", TrajectoryTitles(model->plant));
   VolumeRange volume;
   CatchInterrupts();
