@@ -200,8 +200,10 @@ double Condensed::StageWeight(int k) const {
 }
 
 int Condensed::AveragingNode(int k, double* share) const {
-  const double at = horizon_.time_s[k] - cost_.averaging_s();
-  if (at < 0) return -1;
+  constexpr double kSameTime_s = 1e-9;
+  double at = horizon_.time_s[k] - cost_.averaging_s();
+  if (at < -kSameTime_s) return -1;
+  at = std::max(at, 0.0);
   int node = 0;
   while (horizon_.time_s[node + 1] <= at) ++node;
   *share = (at - horizon_.time_s[node]) / horizon_.step(node);

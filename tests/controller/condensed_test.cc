@@ -107,10 +107,12 @@ double LinearCost(Problem* p, const VectorX& w, const VectorX& by) {
   const double period = p->cost.averaging_s(), start = p->base.states[0].time_s;
   for (int k = 1; k <= steps; ++k) {
     const double t = start + p->horizon.time_s[k];
+    constexpr double kSameTime_s = 1e-9;
+    const double then = t - period + kSameTime_s;
     Vector3 before = p->history.At(t - period);
     for (int i = 0; i < steps; ++i) {
       const double a = start + p->horizon.time_s[i], b = start + p->horizon.time_s[i + 1];
-      if (t - period < a || t - period >= b) continue;
+      if (then < a || then >= b) continue;
       before = position[i] + (t - period - a) / (b - a) * (position[i + 1] - position[i]);
     }
     cost += p->condensed.StageWeight(k) * p->options.cost.mean_velocity *
