@@ -19,6 +19,8 @@ inline constexpr int kExitCannotContinue = 3;
 void AddRunCommand(CLI::App& app, int& exit_status);
 /// `mantle compare`: the full and the reduced model side by side.
 void AddCompareCommand(CLI::App& app, int& exit_status);
+/// `mantle study`: many runs side by side.
+void AddStudyCommand(CLI::App& app, int& exit_status);
 /// `mantle static`: a scene's equilibrium.
 void AddStaticCommand(CLI::App& app, int& exit_status);
 /// `mantle check`: what is active and what it will cost.
