@@ -12,6 +12,10 @@ namespace {
 
 using model::ControllerKind;
 
+// A pull's reaction turns the root at once, against the turn that follows: a derivative that sees
+// it makes the arm flutter. On the steering scene this constant costs least.
+constexpr double kTurnFilter_s = 0.3;
+
 bool Finite(const ReducedState& s) {
   return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite() &&
          s.root.rotation.coeffs().allFinite();
@@ -56,6 +60,7 @@ class Baseline : public Controller {
     start_ = state.root;
     before_s_ = state.time_s;
     pid_.sum.setZero();
+    turning_.setZero();
     if (regulator_) regulator_->Start();
   }
 
@@ -82,14 +87,22 @@ class Baseline : public Controller {
 
   Vector2 Pull(const ReducedState& state, double dt) {
     if (regulator_) return regulator_->Update(state, dt, bias_, pid_.most_n);
-    return pid_.Update(aim_.At(state, gains_.lookahead_s), dt);
+    SteeringError e = aim_.At(state, gains_.lookahead_s);
+    if (!parts_.reference.has_tip()) {
+      turning_ += dt / (kTurnFilter_s + dt) * (e.rate - turning_);
+      e.rate = turning_;
+    }
+    return pid_.Update(e, dt);
   }
 
   double Scale(const ReducedState* state, double t_s) {
     double scale = gains_.gait_scale;
     if (const auto* circle = std::get_if<model::CircleTask>(&parts_.options.goal)) {
       scale *= aim_.TipTarget(start_, t_s + GaitLead()).norm() / circle->radius_m;
-    } else if (state != nullptr && kind_ != ControllerKind::kGait) {
+    } else if (const auto* path = std::get_if<model::PathTask>(&parts_.options.goal)) {
+      scale *= parts_.reference.At(t_s).velocity.norm() / path->speed_m_s;
+    }
+    if (state != nullptr && kind_ != ControllerKind::kGait && !parts_.reference.has_tip()) {
       scale += gains_.speed_gain * Behind(*state);
     }
     return std::clamp(scale, 0.0, largest_scale_);
@@ -119,6 +132,7 @@ class Baseline : public Controller {
   LateralPid pid_;
   std::optional<SteeringRegulator> regulator_;
   model::Pose start_;
+  Vector2 turning_{Vector2::Zero()};  ///< filtered rate of the heading error
   bool steers_{false};
   double before_s_{0};
 };

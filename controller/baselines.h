@@ -10,9 +10,10 @@
 /// ControlOptions::baselines; `mantle tune` finds them.
 ///
 ///   tensions = low + s (gait(t) - low) + max(0, n_i . c)
-///   s = gait_scale + speed_gain e,  within what the limits allow; e is the way along the track
+///   s = gait_scale a + speed_gain e,  within what the limits allow; e is the way along the track
 ///       [m] by which the reference is ahead (path), or the error of the speed averaged over a
-///       period of the gait [m/s] (cruise)
+///       period of the gait [m/s] (cruise); a is the reference's speed over the path's (thrust goes
+///       with s^2, drag with the speed squared), or its radius over the circle's
 ///
 ///   gait      c = 0, s = gait_scale: open loop
 ///   pursuit   c = P e + D e_dot, e towards the reference ahead (path: its place seen from the
@@ -20,8 +21,8 @@
 ///   pid       c = P e + I int e dt + D e_dot, the integral held where the pull is cut
 ///   lqr       lqr.h
 ///
-/// On a circle the gait is a feed-forward whose pulses go round: it acts `lookahead` earlier and
-/// grows with the reference's radius.
+/// On a circle the gait is a feed-forward whose pulses go round: it acts `lookahead` earlier. The
+/// rate of a heading's error is filtered.
 
 namespace mantle::controller {
 

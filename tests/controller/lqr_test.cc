@@ -131,8 +131,7 @@ ReducedState Held(const Steered& s, const Eigen::Matrix2Xd& n, const Vector2& pu
 TEST(SteeringLqrTargets, TheSteadyPullHoldsTheTipInPlace) {
   const auto s = tests::SteeredTip();
   const Eigen::Matrix2Xd n = PullDirections(s->model, 0);
-  const SteeringModel m =
-      LineariseSteering(s->model, s->step, s->options, s->reference, n, 1.0);
+  const SteeringModel m = LineariseSteering(s->model, s->step, s->options, s->reference, n, 1.0);
   const Vector2 wanted(0.012, -0.008);
   const ReducedState state = Held(*s, n, m.steady.bottomRows(2) * wanted, 0.0, 8.0);
   const auto& arm = s->model.arms[0];
@@ -147,11 +146,9 @@ TEST(SteeringLqrTargets, TheSteadyPullHoldsTheTipInPlace) {
 TEST(SteeringLqrTargets, TheSteadyPullTurnsTheVehicleAsFastAsAsked) {
   const auto s = tests::SteeredVehicle(tests::StraightPath());
   const Eigen::Matrix2Xd n = PullDirections(s->model, -1);
-  const SteeringModel m =
-      LineariseSteering(s->model, s->step, s->options, s->reference, n, 1.0);
+  const SteeringModel m = LineariseSteering(s->model, s->step, s->options, s->reference, n, 1.0);
   const Vector2 wanted(0.03, 0.0);  // 1.7 deg/s: the range in which turns are linear in the pull
-  const ReducedState state =
-      Held(*s, n, m.steady.bottomRows(2) * wanted, tests::kSpeed_m_s, 12.0);
+  const ReducedState state = Held(*s, n, m.steady.bottomRows(2) * wanted, tests::kSpeed_m_s, 12.0);
   const Vector2 turn(state.v(1), -state.v(0));
   constexpr double kShare = 0.1;  // quadratic drag sideways is not in the linear model
   EXPECT_LT((turn - wanted).norm(), kShare * wanted.norm());

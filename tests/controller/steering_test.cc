@@ -137,8 +137,7 @@ TEST(Steering, RatesOfErrorsAreTheirDerivatives) {
       MoveState(state, by, &moved[side]);
       moved[side].time_s = state.time_s + dt;
     }
-    const Vector2 rate =
-        (aim.At(moved[1], 0.2).error - aim.At(moved[0], 0.2).error) / (2 * kDt_s);
+    const Vector2 rate = (aim.At(moved[1], 0.2).error - aim.At(moved[0], 0.2).error) / (2 * kDt_s);
     // The reference's own rate is a difference over 1 ms: its second derivative times half of that.
     const double tolerance = 0.1 * std::pow(2 * std::numbers::pi / 4.0, 2) * 0.5e-3 + 1e-6;
     EXPECT_LT((rate - e.rate).norm(), tolerance);
