@@ -11,6 +11,10 @@ constexpr int kMostGains = 6;
 constexpr double kActive_n = 2e-4;
 /// Weight of an active constraint over the Hessian's largest entry.
 constexpr double kPenalty = 1e7;
+/// What a row left out of the program may be broken by [N].
+constexpr double kSlack_n = 0.01;
+/// Nodes where a pulse is lower say little of its height.
+constexpr double kTellingShape = 0.25;
 
 }  // namespace
 
@@ -89,12 +93,42 @@ void Condensed::MakeRows() {
     }
     from = to;
   }
+  used_.reserve(rows_.size());
+  jacobian_pattern_.row.reserve(4 * rows_.size());
+  jacobian_pattern_.column.reserve(4 * rows_.size());
+}
+
+void Condensed::ChooseRows() {
+  used_.clear();
+  jacobian_pattern_.row.clear();
+  jacobian_pattern_.column.clear();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
-    for (int i = 0; i < rows_[r].count; ++i) {
-      jacobian_pattern_.row.push_back(static_cast<int>(r));
-      jacobian_pattern_.column.push_back(rows_[r].at[i]);
+    const Row& row = rows_[r];
+    double least = 0, most = 0;
+    for (int i = 0; i < row.count; ++i) {
+      const double a = row.by[i] * low_(row.at[i]), b = row.by[i] * high_(row.at[i]);
+      least += std::min(a, b);
+      most += std::max(a, b);
     }
+    if (least > row.low - kSlack_n && most < row.high + kSlack_n) continue;
+    for (int i = 0; i < row.count; ++i) {
+      jacobian_pattern_.row.push_back(static_cast<int>(used_.size()));
+      jacobian_pattern_.column.push_back(row.at[i]);
+    }
+    used_.push_back(static_cast<int>(r));
   }
+}
+
+// Height of the pulse that the plan has about a knot, over the lower limit.
+double Condensed::PlannedAmplitude(const Trajectory& t, int knot, int motor) const {
+  double shape = kTellingShape, amplitude = 0;
+  for (int k = 1; k <= horizon_.steps(); ++k) {
+    const Horizon::Hat& hat = horizon_.hats[k];
+    if ((hat.knot[0] != knot && hat.knot[1] != knot) || t.shape(motor, k) < shape) continue;
+    shape = t.shape(motor, k);
+    amplitude = (t.tensions(motor, k) - options_.motors[motor].min_tension_n) / shape;
+  }
+  return amplitude;
 }
 
 void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
@@ -106,11 +140,12 @@ void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
       const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
       const bool knot = hat.weight[1] == 1.0;
       if (knot) {
-        // An amplitude may change by the whole range, whatever the pulse is at the knot.
         const double range = limits.max_tension_n - limits.min_tension_n;
+        const double amplitude =
+            decides_amplitude(i) ? std::clamp(PlannedAmplitude(t, hat.knot[1], i), 0.0, range) : 0;
         const int at = hat.knot[1] * motors_ + i;
-        low_(at) = decides_amplitude(i) ? -range : low;
-        high_(at) = decides_amplitude(i) ? range : high;
+        low_(at) = decides_amplitude(i) ? -amplitude : low;
+        high_(at) = decides_amplitude(i) ? range - amplitude : high;
         if (!decides_amplitude(i)) continue;
       }
       Row& row = rows_[(*r)++];
@@ -156,6 +191,7 @@ void Condensed::BoundRows(const Trajectory& t) {
   std::size_t row = 0;
   BoundNodes(t, &row);
   BoundSlopes(t, &row);
+  ChooseRows();
 }
 
 double Condensed::StageWeight(int k) const {
@@ -164,15 +200,18 @@ double Condensed::StageWeight(int k) const {
 }
 
 int Condensed::AveragingNode(int k, double* share) const {
-  const double at = horizon_.time_s[k] - cost_.averaging_s();
-  if (at < 0) return -1;
+  constexpr double kSameTime_s = 1e-9;
+  double at = horizon_.time_s[k] - cost_.averaging_s();
+  if (at < -kSameTime_s) return -1;
+  at = std::max(at, 0.0);
   int node = 0;
   while (horizon_.time_s[node + 1] <= at) ++node;
   *share = (at - horizon_.time_s[node]) / horizon_.step(node);
   return node;
 }
 
-void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
+void Condensed::AddInputCost(const Trajectory& t, Eigen::MatrixXd* hessian,
+                             VectorX* gradient) const {
   const double effort = options_.cost.effort, rate = options_.cost.rate;
   const int steps = horizon_.steps();
   const auto add = [&](int node_a, double by_a, int node_b, double by_b, double weight,
@@ -187,14 +226,14 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
         const int knot = horizon_.hats[node].knot[i];
         if (knot < 0) continue;
         at[count] = knot * motors_ + motor;
-        by[count++] = factor * shape_(motor, node) * horizon_.hats[node].weight[i];
+        by[count++] = factor * t.shape(motor, node) * horizon_.hats[node].weight[i];
       }
     };
     gather(node_a, by_a);
     gather(node_b, by_b);
     for (int i = 0; i < count; ++i) {
-      base_gradient_(at[i]) += 2 * weight * by[i] * value;
-      for (int j = 0; j < count; ++j) hessian_(at[i], at[j]) += 2 * weight * by[i] * by[j];
+      (*gradient)(at[i]) += 2 * weight * by[i] * value;
+      for (int j = 0; j < count; ++j) (*hessian)(at[i], at[j]) += 2 * weight * by[i] * by[j];
     }
   };
   for (int k = 1; k <= steps; ++k) {
@@ -206,7 +245,6 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
       if (rate > 0) add(k, 1.0 / h, k - 1, -1.0 / h, rate * h, (u - before) / h, i);
     }
   }
-  hessian_.diagonal().array() += levenberg;
 }
 
 void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, double levenberg) {
@@ -248,7 +286,8 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
     }
   }
   if (cost_.has_mean_velocity()) AddMeanVelocity(t, history);
-  AddInputCost(t, levenberg);
+  AddInputCost(t, &hessian_, &base_gradient_);
+  hessian_.diagonal().array() += levenberg;
   BoundRows(t);
   // F_k = M_k + Y_k, M_{k-1} = (M_k + Y_k) A_{k-1}
   sensitivity_.setZero();
@@ -325,7 +364,8 @@ double Condensed::Cost(const Trajectory& t, const PositionHistory& history) {
 
 double Condensed::Violation(const Eigen::Ref<const VectorX>& w) const {
   double worst = std::max((low_ - w).maxCoeff(), (w - high_).maxCoeff());
-  for (const Row& row : rows_) {
+  for (const int r : used_) {
+    const Row& row = rows_[r];
     const double value = row.Value(w);
     worst = std::max({worst, row.low - value, value - row.high});
   }
@@ -348,7 +388,8 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
       const int at = first + i;
       if (w(at) - low_(at) < kActive_n || high_(at) - w(at) < kActive_n) h(i, i) += penalty;
     }
-    for (const Row& row : rows_) {
+    for (const int r : used_) {
+      const Row& row = rows_[r];
       const double value = row.Value(w);
       if (value - row.low > kActive_n && row.high - value > kActive_n) continue;
       for (int i = 0; i < row.count; ++i) {
@@ -377,9 +418,9 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
 void Condensed::Bounds(double* x_low, double* x_high, double* g_low, double* g_high) const {
   std::copy(low_.begin(), low_.end(), x_low);
   std::copy(high_.begin(), high_.end(), x_high);
-  for (std::size_t r = 0; r < rows_.size(); ++r) {
-    g_low[r] = rows_[r].low;
-    g_high[r] = rows_[r].high;
+  for (std::size_t r = 0; r < used_.size(); ++r) {
+    g_low[r] = rows_[used_[r]].low;
+    g_high[r] = rows_[used_[r]].high;
   }
 }
 
@@ -399,12 +440,12 @@ bool Condensed::Gradient(const double* x, bool, double* gradient) {
 
 bool Condensed::Constraints(const double* x, bool, double* g) {
   const Eigen::Map<const VectorX> w(x, gradient_.size());
-  for (std::size_t r = 0; r < rows_.size(); ++r) g[r] = rows_[r].Value(w);
+  for (std::size_t r = 0; r < used_.size(); ++r) g[r] = rows_[used_[r]].Value(w);
   return true;
 }
 
 bool Condensed::Jacobian(const double*, bool, double* values) {
-  for (const Row& row : rows_) values = std::copy_n(row.by.begin(), row.count, values);
+  for (const int r : used_) values = std::copy_n(rows_[r].by.begin(), rows_[r].count, values);
   return true;
 }
 

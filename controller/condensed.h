@@ -12,7 +12,9 @@
 ///
 /// (Gauss-Newton; Bock & Plitt, 1984; Diehl et al., real-time iteration, 2002), subject to bounds
 /// of every node's tension and of every interval's slope. Within a block between knots the change
-/// is linear in time, so one row per block and motor bounds all its slopes.
+/// is linear in time, so one row per block and motor bounds all its slopes. Rows that the bounds of
+/// w leave no room to break by more than kSlack_n are left out, as the plan is clipped to its
+/// limits anyway; this halves the program.
 ///
 /// Gains: for the problem that begins at node k, with what is decided before it fixed,
 /// K_k = d u_{k+1} / d x_k from its KKT system with the constraints that are active. The rows of
@@ -53,6 +55,12 @@ class Condensed : public Program {
   /// Cost of a trajectory (rolled, not linearised), as the problem sees it.
   double Cost(const Trajectory& trajectory, const PositionHistory& history);
 
+  /// Adds the cost of tensions and their rates as a function of w: exact, a quadratic.
+  void AddInputCost(const Trajectory& trajectory, Eigen::MatrixXd* hessian,
+                    VectorX* gradient) const;
+  /// Weight of node k's stage cost in the sum over the horizon [s].
+  double StageWeight(int k) const;
+
   /// Quadratic model's value at w, relative to w = 0.
   double Model(const Eigen::Ref<const VectorX>& w) const {
     return 0.5 * w.dot(hessian_ * w) + gradient_.dot(w);
@@ -73,7 +81,7 @@ class Condensed : public Program {
 
   // Program: the quadratic program in w.
   int variables() const override { return static_cast<int>(gradient_.size()); }
-  int constraints() const override { return static_cast<int>(rows_.size()); }
+  int constraints() const override { return static_cast<int>(used_.size()); }
   void Bounds(double* x_low, double* x_high, double* g_low, double* g_high) const override;
   void Start(double* x) const override;
   const SparsePattern& JacobianPattern() const override { return jacobian_pattern_; }
@@ -107,10 +115,10 @@ class Condensed : public Program {
   void MakeRows();
   void BoundNodes(const Trajectory& trajectory, std::size_t* row);
   void BoundSlopes(const Trajectory& trajectory, std::size_t* row);
+  double PlannedAmplitude(const Trajectory& trajectory, int knot, int motor) const;
+  void ChooseRows();
   void BoundRows(const Trajectory& trajectory);
-  void AddInputCost(const Trajectory& trajectory, double levenberg);
   void AddMeanVelocity(const Trajectory& trajectory, const PositionHistory& history);
-  double StageWeight(int k) const;
   /// Node and share before t_k - T: p(t_k - T) = (1 - share) p_node + share p_{node + 1}, or -1.
   int AveragingNode(int k, double* share) const;
 
@@ -122,6 +130,7 @@ class Condensed : public Program {
   Eigen::MatrixXd hessian_, sensitivity_;  ///< H, F (decisions x 2n)
   VectorX gradient_, base_gradient_, low_, high_;
   std::vector<Row> rows_;
+  std::vector<int> used_;  ///< of rows_, in the program
   Eigen::MatrixXd shape_;  ///< of the trajectory
   SparsePattern jacobian_pattern_, hessian_pattern_;
   std::vector<VectorX> residuals_;

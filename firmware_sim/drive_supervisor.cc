@@ -245,6 +245,11 @@ std::uint16_t DriveSupervisor::Controlword() {
       return controlword::kEnableOperation | controlword::kHalt;
     case DriveStep::kReady:
       return controlword::kShutdown;
+    case DriveStep::kStopDisable:
+      // Shutdown first: it pays the cable out, disable voltage would only open the winding.
+      return state == DriveState::kOperationEnabled || state == DriveState::kSwitchedOn
+                 ? controlword::kShutdown
+                 : controlword::kDisableVoltage;
     case DriveStep::kEnable:
       switch (state) {
         case DriveState::kSwitchOnDisabled:

@@ -22,6 +22,8 @@ void Release::Begin(ReleaseKind kind, const Motion& motion, std::int64_t time_us
   if (phase_ == ReleasePhase::kBraked) return;
   // A second cause may hasten a release under way, never hold it up.
   if (phase_ != ReleasePhase::kInactive && kind != ReleaseKind::kOpenWinding) return;
+  // Slack now may be a ramp's ringing: wait, but pay out only a cable that is seen taut.
+  if (phase_ == ReleasePhase::kInactive) last_taut_us_ = time_us - kPayOutMargin_us - 1;
   winding_open_ = kind == ReleaseKind::kOpenWinding;
   if (winding_open_) {
     if (phase_ != ReleasePhase::kPayingOut) Enter(ReleasePhase::kPayingOut, time_us);
@@ -34,6 +36,7 @@ void Release::Begin(ReleaseKind kind, const Motion& motion, std::int64_t time_us
 
 StageCommand Release::Tick(const ObjectDictionary& objects, const ReleaseInputs& inputs,
                            Motion& motion, std::int64_t time_us) {
+  if (!inputs.slack) last_taut_us_ = time_us;
   if (holds_torque() && !inputs.stage_ok) Enter(ReleasePhase::kPayingOut, time_us);
   if (phase_ == ReleasePhase::kDecelerating) {
     const bool late = time_us - since_us_ > kDecelerationTimeout_us;
@@ -54,7 +57,8 @@ StageCommand Release::Tick(const ObjectDictionary& objects, const ReleaseInputs&
   }
   if (phase_ == ReleasePhase::kPayingOut) {
     const bool late = time_us - since_us_ > kPayOutTimeout_us;
-    if (!inputs.slack && !late) return PayOut(inputs, motion);
+    const bool follows = time_us - last_taut_us_ < kStaysSlack_us;
+    if (follows && !late) return PayOut(inputs, motion, time_us);
     Enter(ReleasePhase::kBraked, time_us);
   }
   return {false, true, 0.0};
@@ -67,8 +71,9 @@ StageCommand Release::Ramp(const ObjectDictionary& objects) {
   return {true, false, torque_};
 }
 
-StageCommand Release::PayOut(const ReleaseInputs& inputs, Motion& motion) {
-  if (winding_open_ || !inputs.stage_ok) return {false, false, 0.0};
+StageCommand Release::PayOut(const ReleaseInputs& inputs, Motion& motion, std::int64_t time_us) {
+  const bool waits = time_us - last_taut_us_ > kPayOutMargin_us;
+  if (winding_open_ || waits || !inputs.stage_ok) return {false, false, 0.0};
   if (!inputs.encoder_ok) return {true, false, -kBlindPayOutTorque};
   return {true, false, motion.TickPayOut(-kPayOutSpeed_counts_s, inputs.measured, kPayOutTorque)};
 }

@@ -9,16 +9,21 @@
 /// takes the drive out of operation runs the same sequence:
 ///
 ///   [decelerate by 6085, 1 s at most] -> ramp the torque to zero by 6087, 1 s at most -> pay out
-///   until the slack-rope switch opens, 2 s at most -> brake closed, power stage off
+///   until the slack-rope switch has stayed open for 0.5 s, 5 s at most -> brake closed, stage off
+///
+/// The cable goes slack long before a soft body has straightened: the winch follows it, paying out
+/// again as often as the switch closes.
 ///
 /// Where the power stage must not be used (over-current, supply out of range) or disable voltage
 /// was commanded, the winding is open from the start and the cable pulls itself out.
 
 namespace mantle::firmware_sim {
 
-/// Paying out: 50 mm/s of cable, at most 2 s, that is 0.1 m.
+/// Paying out: 50 mm/s of cable, and for a moment longer than the cable is taut.
 inline constexpr double kPayOutSpeed_m_s = 0.05;
-inline constexpr std::int64_t kPayOutTimeout_us = 2'000'000;
+inline constexpr std::int64_t kPayOutMargin_us = 50'000;
+inline constexpr std::int64_t kStaysSlack_us = 500'000;
+inline constexpr std::int64_t kPayOutTimeout_us = 5'000'000;
 /// Largest torque that pushes cable out [1/1000 of rated]: some four times the static friction.
 inline constexpr double kPayOutTorque = 150.0;
 /// Without an encoder: half as much again as the static friction, open loop.
@@ -69,10 +74,11 @@ class Release {
  private:
   void Enter(ReleasePhase phase, std::int64_t time_us);
   StageCommand Ramp(const ObjectDictionary& objects);
-  StageCommand PayOut(const ReleaseInputs& inputs, Motion& motion);
+  StageCommand PayOut(const ReleaseInputs& inputs, Motion& motion, std::int64_t time_us);
 
   ReleasePhase phase_{ReleasePhase::kBraked};
   std::int64_t since_us_{0};
+  std::int64_t last_taut_us_{0};
   double torque_{0.0};
   bool winding_open_{false};
 };

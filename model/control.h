@@ -162,9 +162,10 @@ struct DriveOptions {
 struct SensorOptions {
   double position_m{0}, attitude_rad{0};
   double velocity_m_s{0}, angular_velocity_rad_s{0};
-  double strain{0}, strain_rate{0};  ///< of arms [1/m, 1/(m s)]
-  double mantle{0}, mantle_rate{0};  ///< shares of the coordinates' scale (and per second)
-  double bias{0};                    ///< standard deviation of the bias over that of the noise
+  double strain{0}, strain_rate{0};      ///< of arms [1/m, 1/(m s)]
+  double mantle{0}, mantle_rate{0};      ///< shares of the coordinates' scale (and per second)
+  double cable_m{0}, cable_rate_m_s{0};  ///< of cable lengths, for the tension loops
+  double bias{0};                        ///< standard deviation of the bias over that of the noise
   double delay_s{0};
   double loss{0};  ///< probability of a measurement not to come
   int seed{1};

@@ -1,5 +1,7 @@
 #include "model/modes.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -28,6 +30,14 @@ Robot Conservative(Robot robot) {
   return robot;
 }
 
+int FreeCoordinates(const Plant& plant) {
+  int free = plant.velocity_size() - (plant.root_free() ? 0 : 6);
+  if (plant.shell) {
+    for (const ShellNode& node : plant.shell->nodes) free -= static_cast<int>(node.held.sum());
+  }
+  return free;
+}
+
 }  // namespace
 
 std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, int count) {
@@ -45,8 +55,12 @@ std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, in
   if (!matrix.Factor(plant, state, inputs, work, shift, 0.0)) {
     throw std::runtime_error("vibration modes: the stiffness matrix is singular");
   }
-  const int n = plant.velocity_size();
-  const int m = std::min(count + kGuardVectors, n);
+  const int n = plant.velocity_size(), free = FreeCoordinates(plant);
+  if (count > free) {
+    throw std::runtime_error(
+        fmt::format("vibration modes: count = {}, the mesh has {} free coordinates", count, free));
+  }
+  const int m = std::min(count + kGuardVectors, free);
   Eigen::MatrixXd x(n, m), mx(n, m), ax(n, m);
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);

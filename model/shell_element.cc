@@ -93,6 +93,17 @@ Matrix5 Apply(const Moduli& c, double nu, const Matrix5& x) {
   return y;
 }
 
+// g^T x for a strain gradient g, of whose entries thirteen are not zero.
+Matrix5 GradientTransposeTimes(const Matrix5& g, const Matrix5& x) {
+  Matrix5 y;
+  y.row(0) = g(0, 0) * x.row(0) + g(2, 0) * x.row(2) + g(4, 0) * x.row(4);
+  y.row(1) = g(0, 1) * x.row(0) + g(2, 1) * x.row(2) + g(4, 1) * x.row(4);
+  y.row(2) = g(2, 2) * x.row(2);
+  y.row(3) = g(1, 3) * x.row(1) + g(3, 3) * x.row(3);
+  y.row(4) = g(2, 4) * x.row(2) + g(3, 4) * x.row(3) + g(4, 4) * x.row(4);
+  return y;
+}
+
 // -(df_y/dy + damping_scale df_y/dy_dot), f_y the force conjugate to y.
 Matrix5 StrainTangent(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,
                       double damping_scale) {
@@ -102,7 +113,8 @@ Matrix5 StrainTangent(const ShellElement& e, const ShellMaterial& m, const Shell
     const Matrix5 rate_by_y = StrainRateGradient(e, s);
     dstress += Apply(Viscous(m), m.poisson, (rate_by_y + damping_scale * g).eval());
   }
-  return e.area * (g.transpose() * dstress + WeightedHessian(e, s, s.elastic + s.viscous));
+  return e.area *
+         (GradientTransposeTimes(g, dstress) + WeightedHessian(e, s, s.elastic + s.viscous));
 }
 
 }  // namespace
@@ -170,7 +182,7 @@ void ShellStrainTangents(const ShellElement& e, const ShellMaterial& m, const Sh
   damping->setZero();
   if (m.viscosity_pa_s == 0.0) return;
   const Matrix5 g = StrainGradient(e, s);
-  damping->noalias() = e.area * (g.transpose() * Apply(Viscous(m), m.poisson, g));
+  *damping = e.area * GradientTransposeTimes(g, Apply(Viscous(m), m.poisson, g));
 }
 
 void ShellElementTangents(const ShellElement& e, const ShellMaterial& m, const ShellElementState& s,

@@ -58,10 +58,26 @@ constexpr double kNegligibleEnergy_j = 1e-18;
 
 }  // namespace
 
+PlantState StartState(const Plant& plant) {
+  PlantState state = InitialState(plant);
+  AddModeVelocity(plant, &state);
+  return state;
+}
+
+StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n) {
+  const auto& jet = plant.robot.effects.jet_thrust;
+  if (!jet || std::abs(thrust_n) <= jet->runaway_n) return {};
+  return {false,
+          fmt::format("jet_thrust ran away at t = {:.6g} s: thrust {:.4g} N, bound "
+                      "jet_thrust.runaway = {:.4g} N (a rising lip shrinks the volume, which "
+                      "raises the thrust: flux = \"radial\" or place = \"dome\" removes that)",
+                      time_s, thrust_n, jet->runaway_n)};
+}
+
 Simulation::Simulation(const Plant& plant, const RunSettings& settings)
     : plant_(plant),
       settings_(settings),
-      state_(InitialState(plant)),
+      state_(StartState(plant)),
       energy_(plant),
       probe_(plant),
       work_(plant),
@@ -77,7 +93,6 @@ Simulation::Simulation(const Plant& plant, const RunSettings& settings)
                       settings.step_s, limit));
     }
   }
-  AddModeVelocity(plant, &state_);
   stepper_ = MakeStepper(plant, settings.stepper);
   EvaluateInputs(plant_, 0.0, false, &inputs_);
   if (settings_.stepper.input_hook) settings_.stepper.input_hook(0.0, false, &inputs_);
@@ -108,14 +123,9 @@ StepStatus Simulation::CheckRunaway() const {
     if (jet.flux == FluxReading::kRadial) v(1) = 0;
     flux += gradient_[j].dot(v);
   }
-  const double thrust =
-      EvaluateJet(*plant_.robot.mantle, plant_.robot.water.density_kg_m3, flux).thrust_n;
-  if (std::abs(thrust) <= jet.runaway_n) return {};
-  return {false,
-          fmt::format("jet_thrust ran away at t = {:.6g} s: thrust {:.4g} N, bound "
-                      "jet_thrust.runaway = {:.4g} N (a rising lip shrinks the volume, which "
-                      "raises the thrust: flux = \"radial\" or place = \"dome\" removes that)",
-                      state_.time_s, thrust, jet.runaway_n)};
+  return JudgeThrust(
+      plant_, state_.time_s,
+      EvaluateJet(*plant_.robot.mantle, plant_.robot.water.density_kg_m3, flux).thrust_n);
 }
 
 StepStatus Simulation::TakeStep(double limit_s) {
@@ -250,7 +260,6 @@ Sample Simulation::Observe() {
 }
 
 RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
-  RunResult result;
   Sample sample = Observe();
   bool go = state_.time_s > 0.0 || !observer || observer(sample);
   const bool every_step = settings_.output_interval_s <= settings_.step_s;
@@ -266,8 +275,15 @@ RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
     sample = Observe();
     if (observer) go = observer(sample);
   }
+  RunResult result = Result();
   result.ok = status.ok;
   result.reason = status.reason;
+  return result;
+}
+
+RunResult Simulation::Result() {
+  RunResult result;
+  result.ok = true;
   result.sim_time_s = state_.time_s;
   result.counters = counters();
   result.last = Observe();

@@ -72,6 +72,12 @@ struct RunResult {
   double dissipated_j{0};
 };
 
+/// Where a run starts: InitialState with the arms' initial modes moving.
+PlantState StartState(const Plant& plant);
+
+/// Not ok, in words, where the jet's thrust exceeds the scene's bound: its law has run away.
+StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n);
+
 class Simulation {
  public:
   /// Throws BadRobot; std::runtime_error where an explicit step is beyond its stability limit.
@@ -95,6 +101,8 @@ class Simulation {
   /// All of a run. `observer` sees every sample; returning false stops the run there (not an
   /// error).
   RunResult Run(const std::function<bool(const Sample&)>& observer = {});
+  /// What the run has come to so far, for a caller that advances it by himself.
+  RunResult Result();
 
   /// Text of everything a resumed run needs; restoring it continues with the same bits.
   std::string Checkpoint() const;

@@ -70,19 +70,23 @@ Interval MakeInterval(const model::Plant& plant, int a, const ArmReduction& redu
   v.section = to.section;
   const double mid = 0.5 * (from + to.x_m);
   v.group = basis.GroupOf(mid);
+  const auto at = [&](double x) {
+    Matrix6X b;
+    basis.Evaluate(v.group, x, &b);
+    return b;
+  };
   const bool curved = !arm.curvature_base.isApprox(arm.curvature_tip, 0.0);
   v.magnus = curved || (reduction.basis == BasisKind::kLegendre && reduction.degree > 0);
   if (v.magnus) {
     const double offset = std::sqrt(3.0) / 6.0 * v.length_m;
-    basis.Evaluate(v.group, mid - offset, &v.basis1);
-    basis.Evaluate(v.group, mid + offset, &v.basis2);
+    v.basis1 = at(mid - offset);
+    v.basis2 = at(mid + offset);
     v.rest1 = model::ArmRestStrain(arm, mid - offset);
     v.rest2 = model::ArmRestStrain(arm, mid + offset);
     v.kappa = std::sqrt(3.0) / 12.0 * v.length_m * v.length_m;
     v.basis = 0.5 * v.length_m * (v.basis1 + v.basis2);
   } else {
-    basis.Evaluate(v.group, mid, &v.basis);
-    v.basis *= v.length_m;
+    v.basis = v.length_m * at(mid);
     v.reference = v.length_m * model::ArmRestStrain(arm, mid);
   }
   return v;
@@ -126,8 +130,9 @@ ReducedCable MakeCable(const model::Plant& plant, int a, int c, const ArmReducti
     p.piece = piece;
     p.element.length = weight;
     p.reference = weight * model::ArmRestStrain(arm, x);
-    basis.Evaluate(p.group, x, &p.basis);
-    p.basis *= weight;
+    Matrix6X b;
+    basis.Evaluate(p.group, x, &b);
+    p.basis = weight * b;
     rest += CablePieceLength(p.piece, p.element, p.reference, nullptr, nullptr);
     out.points.push_back(std::move(p));
   };

@@ -19,14 +19,17 @@ using model::Vector3;
 using model::Vector6;
 using model::VectorX;
 
+/// Columns of a group, by rows: the coordinates are the inner loop.
+using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
+
 struct Interval {
   int group{0};
   int section{-1};  ///< at its end, or -1
   double length_m{0}, end_m{0};
   Vector6 reference{Vector6::Zero()};  ///< Omega at rest (constant strain only)
-  Matrix6X basis;                      ///< dOmega/dq of the group (its constant part)
+  Columns basis;                       ///< dOmega/dq of the group (its constant part)
   bool magnus{false};
-  Matrix6X basis1, basis2;                                 ///< B at the two Gauss points
+  Columns basis1, basis2;                                  ///< B at the two Gauss points
   Vector6 rest1{Vector6::Zero()}, rest2{Vector6::Zero()};  ///< xi* there
   double kappa{0};                                         ///< sqrt(3)/12 h^2
 };
@@ -36,7 +39,7 @@ struct CablePoint {
   model::CablePiece piece;
   model::RodElement element;  ///< only its length, the quadrature weight, is used
   Vector6 reference;          ///< weight xi*
-  Matrix6X basis;             ///< weight B
+  Columns basis;              ///< weight B
 };
 
 struct ReducedCable {

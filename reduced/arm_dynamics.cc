@@ -36,20 +36,46 @@ Vector6 WrenchFromRoot(const Matrix3& r, const Vector3& p, const Vector6& w) {  
   return y;
 }
 
+// y = B x; the usual number of columns as a constant.
+Vector6 Times(const Columns& b, const double* x) {
+  if (b.cols() == 4) {
+    return Eigen::Map<const Eigen::Matrix<double, 6, 4, Eigen::RowMajor>>(b.data()) *
+           Eigen::Map<const Eigen::Vector4d>(x);
+  }
+  Vector6 y;
+  for (int i = 0; i < 6; ++i) {
+    double sum = 0;
+    for (int j = 0; j < b.cols(); ++j) sum += b(i, j) * x[j];
+    y(i) = sum;
+  }
+  return y;
+}
+
+// y += B^T x
+void AddTransposed(const Columns& b, const Vector6& x, double* y) {
+  if (b.cols() == 4) {
+    Eigen::Map<Eigen::Vector4d>(y).noalias() +=
+        Eigen::Map<const Eigen::Matrix<double, 6, 4, Eigen::RowMajor>>(b.data()).transpose() * x;
+    return;
+  }
+  for (int i = 0; i < 6; ++i) {
+    for (int j = 0; j < b.cols(); ++j) y[j] += b(i, j) * x(i);
+  }
+}
+
 void SetOmega(const Interval& v, const StrainGroup& group, const ArmMotion& m, IntervalState* s) {
-  const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
-  const Eigen::Map<const VectorX> q1(m.q_dot + group.first, group.columns);
-  const Eigen::Map<const VectorX> q2(m.q_ddot + group.first, group.columns);
-  s->omega_dot.noalias() = v.basis.lazyProduct(q1);
-  s->omega_ddot.noalias() = v.basis.lazyProduct(q2);
-  s->omega.noalias() = v.basis.lazyProduct(q);
+  const double *const q = m.q + group.first, *const q1 = m.q_dot + group.first,
+                      *const q2 = m.q_ddot + group.first;
+  s->omega = Times(v.basis, q);
+  s->omega_dot = Times(v.basis, q1);
+  s->omega_ddot = Times(v.basis, q2);
   if (!v.magnus) {
     s->omega += v.reference;
     return;
   }
-  const Vector6 a = v.rest1 + v.basis1.lazyProduct(q), b = v.rest2 + v.basis2.lazyProduct(q);
-  const Vector6 a1 = v.basis1.lazyProduct(q1), b1 = v.basis2.lazyProduct(q1);
-  const Vector6 a2 = v.basis1.lazyProduct(q2), b2 = v.basis2.lazyProduct(q2);
+  const Vector6 a = v.rest1 + Times(v.basis1, q), b = v.rest2 + Times(v.basis2, q);
+  const Vector6 a1 = Times(v.basis1, q1), b1 = Times(v.basis2, q1);
+  const Vector6 a2 = Times(v.basis1, q2), b2 = Times(v.basis2, q2);
   s->omega += 0.5 * v.length_m * (v.rest1 + v.rest2) + v.kappa * SmallAdjointTimes(a, b);
   s->omega_dot += v.kappa * (SmallAdjointTimes(a1, b) + SmallAdjointTimes(a, b1));
   s->omega_ddot += v.kappa * (SmallAdjointTimes(a2, b) + 2.0 * SmallAdjointTimes(a1, b1) +
@@ -116,9 +142,19 @@ ArmWork::ArmWork(const ReducedArm& arm)
       cable_gradient(arm.cables.size(), VectorX::Zero(arm.size())) {
   for (std::size_t l = 0; l < at.size(); ++l) {
     const int m = arm.basis.groups()[arm.intervals[l].group].columns;
-    for (Matrix6X* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
+    for (Columns* x : {&at[l].columns, &at[l].columns1, &at[l].columns2}) x->setZero(6, m);
   }
-  for (Matrix6X* x : {&sum_columns, &sum_columns1, &sum_columns2}) x->setZero(6, arm.size());
+  for (const StrainGroup& g : arm.basis.groups()) groups.emplace_back(g.columns);
+}
+
+GroupSums::GroupSums(int count) {
+  for (Columns* x : {&columns, &columns1, &columns2, &mass, &damping, &stiffness, &rate, &rotation})
+    x->setZero(6, count);
+}
+
+void GroupSums::SetZero() {
+  for (Columns* x : {&columns, &columns1, &columns2, &mass, &damping, &stiffness, &rate, &rotation})
+    x->setZero();
 }
 
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses) {
@@ -140,11 +176,10 @@ void EvaluateCable(const ReducedArm& arm, const ArmMotion& m, int c, ArmWork* wo
   double rate = 0;
   for (const CablePoint& p : arm.cables[c].points) {
     const StrainGroup& group = arm.basis.groups()[p.group];
-    const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
     Vector6 g;
-    const Vector6 d = p.reference + p.basis.lazyProduct(q);
+    const Vector6 d = p.reference + Times(p.basis, m.q + group.first);
     length += CablePieceLength(p.piece, p.element, d, &g, nullptr);
-    gradient.segment(group.first, group.columns).noalias() += p.basis.transpose().lazyProduct(g);
+    AddTransposed(p.basis, g, gradient.data() + group.first);
   }
   for (int i = 0; i < gradient.size(); ++i) rate += gradient(i) * m.q_dot[i];
   work->cable_length_m[c] = length;
@@ -216,16 +251,13 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
     s.wrench = sum;
     s.body_wrench = WrenchFromRoot(s.rotation, s.position, sum);
     s.stress = s.jet.value.TransposeTimes(s.body_wrench);
-    auto residual = work->residual.segment(group.first, group.columns);
-    residual.noalias() += v.basis.transpose().lazyProduct(s.stress);
+    double* const residual = work->residual.data() + group.first;
+    AddTransposed(v.basis, s.stress, residual);
     if (v.magnus) {
-      const Eigen::Map<const VectorX> local(m.q + group.first, group.columns);
-      const Vector6 a = v.rest1 + v.basis1.lazyProduct(local),
-                    b = v.rest2 + v.basis2.lazyProduct(local);
-      const Vector6 by2 = v.kappa * CoadjointTimes(a, s.stress);
-      const Vector6 by1 = v.kappa * CoadjointTimes(b, s.stress);
-      residual.noalias() += v.basis2.transpose().lazyProduct(by2);
-      residual.noalias() -= v.basis1.transpose().lazyProduct(by1);
+      const double* const local = m.q + group.first;
+      const Vector6 a = v.rest1 + Times(v.basis1, local), b = v.rest2 + Times(v.basis2, local);
+      AddTransposed(v.basis2, v.kappa * CoadjointTimes(a, s.stress), residual);
+      AddTransposed(v.basis1, -v.kappa * CoadjointTimes(b, s.stress), residual);
     }
   }
   work->base_wrench += sum;

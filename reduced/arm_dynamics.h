@@ -19,6 +19,9 @@
 
 namespace mantle::reduced {
 
+/// More columns do not fit on the stack of the linearisation: six strains of degree 12.
+inline constexpr int kMostColumns = 6 * 13;
+
 /// What the arm's evaluation reads: pointers into the model's state and inputs.
 struct ArmMotion {
   const double *q, *q_dot, *q_ddot;
@@ -38,9 +41,20 @@ struct IntervalState {
   Vector6 twist, acceleration;  ///< V_k, A_k
   Vector6 own_wrench;           ///< w_k
   Vector6 internal;  ///< of it, loads whose reaction the root carries (model::IsInternal)
-  Vector6 wrench, body_wrench;           ///< W_k, and in the frame of the interval's end
-  Vector6 stress;                        ///< T_k^T body_wrench, conjugate to Omega_k
-  Matrix6X columns, columns1, columns2;  ///< S, S', S''
+  Vector6 wrench, body_wrench;          ///< W_k, and in the frame of the interval's end
+  Vector6 stress;                       ///< T_k^T body_wrench, conjugate to Omega_k
+  Columns columns, columns1, columns2;  ///< S, S', S''
+};
+
+/// Of the intervals of one group, during the linearisation.
+struct GroupSums {
+  explicit GroupSums(int count);
+  void SetZero();
+
+  Columns columns, columns1, columns2;  ///< sums of S, S', S''
+  /// Sums of the change of the wrench on the root by accelerations, rates and coordinates, and of
+  /// the coordinates' wrenches by the root's rates and increments.
+  Columns mass, damping, stiffness, rate, rotation;
 };
 
 struct ArmWork {
@@ -52,8 +66,7 @@ struct ArmWork {
   bool has_internal{false};
   std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
   std::vector<VectorX> cable_gradient;  ///< dl/dq
-  // Scratch of the linearisation.
-  Matrix6X sum_columns, sum_columns1, sum_columns2;  ///< S, S', S'' summed over each group
+  std::vector<GroupSums> groups;
 };
 
 /// Poses of the interval ends relative to the root, without dynamics; for lifting and outputs.

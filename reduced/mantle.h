@@ -91,7 +91,6 @@ struct MantleWork {
   double water_kg{0}, water_rate_kg_s{0}, centroid_m{0}, centroid_rate_m_s{0};
   VectorX water_gradient, centroid_gradient;
   Eigen::MatrixXd centroid_hessian;
-  Eigen::Matrix<double, 5, Eigen::Dynamic> scratch;
   VectorX column, row;
 };
 

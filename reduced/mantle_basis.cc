@@ -178,19 +178,19 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
         "static_pressures: the mantle has no strip and no spokes to load; give an empty "
         "list and modes");
   }
-  const int statics =
-      static_cast<int>(pressures.size() * strips.size()) + std::max(reduction.snapshots, 0);
-  const int k = modes + statics;
+  const int statics = static_cast<int>(pressures.size() * strips.size());
+  const int snapshot_count = std::max(reduction.snapshots, 0);
+  const int k = modes + statics + snapshot_count;
   int available = 0;
   for (const model::ShellNode& node : plant.shell->nodes) {
     available += 3 - static_cast<int>(node.held.sum());
   }
   const int bound = std::min(kMaxMantleCoordinates, available);
   if (modes < 0 || k < 1 || k > bound) {
-    throw BadRobot(
-        fmt::format("modes = {} and {} static shapes: {} coordinates, must be in [1, {}] "
-                    "(the mesh of {} nodes has {})",
-                    modes, statics, k, bound, plant.shape_count(), available));
+    throw BadRobot(fmt::format(
+        "modes = {}, {} static shapes and {} snapshots: {} coordinates, must be in [1, {}] "
+        "(the mesh of {} nodes has {})",
+        modes, statics, snapshot_count, k, bound, plant.shape_count(), available));
   }
 
   MantleShapes out;
@@ -218,7 +218,7 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
   }
   for (int i = 0; i < column; ++i) Orthonormalise(mass, i, &out.shapes);
   std::vector<VectorX> snapshots;
-  if (reduction.snapshots > 0) {
+  if (snapshot_count > 0) {
     snapshots = RecordSnapshots(plant, reduction.snapshot_time_s);
     AddSnapshotShapes(snapshots, mass, column, &out.shapes);
   }

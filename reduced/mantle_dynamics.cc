@@ -1,37 +1,12 @@
 #include <cmath>
 
-#include "model/mantle_loads.h"
-#include "reduced/mantle.h"
+#include "reduced/mantle_terms.h"
 
 namespace mantle::reduced {
 namespace {
 
 using model::CoadjointTimes;
 using Map = Eigen::Map<const VectorX>;
-
-// eta-dependent factors of the contained water's push ([physics.md] 4): cross and pitch^2 of
-// model/mantle_inertia.h.
-struct Turn {
-  double cross, pitch2;
-  Vector6 cross_by_twist, pitch2_by_twist;
-};
-Turn TurnOf(const Vector6& eta) {
-  Turn t;
-  t.cross = eta(3) * eta(1) - eta(4) * eta(0);
-  t.pitch2 = eta(0) * eta(0) + eta(1) * eta(1);
-  t.cross_by_twist << -eta(4), eta(3), 0, eta(1), -eta(0), 0;
-  t.pitch2_by_twist << 2 * eta(0), 2 * eta(1), 0, 0, 0, 0;
-  return t;
-}
-
-// Shell weight minus buoyancy in the root frame, per reference area.
-Vector3 SurfaceWeight(const model::Plant& plant, const Vector3& gravity) {
-  const model::Effects& effects = plant.robot.effects;
-  const model::Mantle& m = *plant.robot.mantle;
-  const double net = (effects.weight ? m.material.density_kg_m3 : 0.0) -
-                     (effects.buoyancy ? plant.robot.water.density_kg_m3 : 0.0);
-  return 2.0 * m.half_thickness_m * net * gravity;
-}
 
 void EvaluateWater(const ReducedMantle& m, const model::Plant& plant, const Map& s_dot,
                    MantleWork* work) {
@@ -48,15 +23,38 @@ void EvaluateWater(const ReducedMantle& m, const model::Plant& plant, const Map&
   work->centroid_rate_m_s = work->centroid_gradient.dot(s_dot);
 }
 
-// Coefficients m z^i of the contained water in L_i, as (d/dm, d/dz).
-struct WaterShare {
-  double value, by_m, by_z;
-};
-WaterShare ShareOf(const MantleWork& work, int i) {
-  const double m = work.water_kg, z = work.centroid_m;
-  if (i == 0) return {m, 1.0, 0.0};
-  if (i == 1) return {m * z, z, m};
-  return {m * z * z, z * z, 2.0 * m * z};
+// Strains and stresses of the elements; R_s and the stored energy.
+template <int K>
+void EvaluateElements(const ReducedMantle& m, const MantleMotion& motion, MantleWork* work) {
+  const Eigen::Map<const MantleVector<K>> s(motion.s, m.size), s_dot(motion.s_dot, m.size);
+  MantleVector<K> sum = Fixed<K>(work->residual);
+  work->elastic_j = 0;
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    const CubatureElement& c = m.elements[e];
+    const auto rows = Fixed<K>(c.rows);
+    model::ShellElementState& state = work->elements[e];
+    state.y.noalias() = rows.lazyProduct(s);
+    state.y += c.rest;
+    state.y_dot.noalias() = rows.lazyProduct(s_dot);
+    EvaluateShellStrains(c.element, m.material, &state);
+    sum.noalias() -= rows.transpose().lazyProduct(ShellStrainForce(c.element, state));
+    work->elastic_j += ShellElementEnergy(c.element, state);
+  }
+  work->residual = sum;
+}
+
+// Lateral drag, for k times radius and height of each slice.
+template <int K>
+Vector6 SliceDrag(const ReducedMantle& m, double k, const Map& s, const Vector6& eta) {
+  const Eigen::Map<const MantleVector<K>> x(s.data(), m.size);
+  Vector6 drag = Vector6::Zero();
+  for (const LateralSlice& slice : m.slices) {
+    const double radius = slice.r + Fixed<K>(slice.r_row).dot(x);
+    const double height = std::abs(slice.height + Fixed<K>(slice.height_row).dot(x));
+    model::AddLateralDragSlice(k * radius * height, slice.z + Fixed<K>(slice.z_row).dot(x), eta,
+                               &drag);
+  }
+  return drag;
 }
 
 }  // namespace
@@ -73,7 +71,6 @@ MantleWork::MantleWork(const ReducedMantle& m)
       water_gradient(VectorX::Zero(m.size)),
       centroid_gradient(VectorX::Zero(m.size)),
       centroid_hessian(Eigen::MatrixXd::Zero(m.size, m.size)),
-      scratch(Eigen::Matrix<double, 5, Eigen::Dynamic>::Zero(5, m.size)),
       column(VectorX::Zero(m.size)),
       row(VectorX::Zero(m.size)) {
   m.polynomials.Size(&values);
@@ -103,17 +100,10 @@ const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
 
   VectorX& r = work->residual;
   r = s_ddot + motion.root_acceleration(5) * m.axial_coupling;
-  work->elastic_j = 0;
-  for (std::size_t e = 0; e < m.elements.size(); ++e) {
-    const CubatureElement& c = m.elements[e];
-    model::ShellElementState& state = work->elements[e];
-    state.y.noalias() = c.rows.lazyProduct(s);
-    state.y += c.rest;
-    state.y_dot.noalias() = c.rows.lazyProduct(s_dot);
-    EvaluateShellStrains(c.element, m.material, &state);
-    const model::Vector5 force = ShellStrainForce(c.element, state);
-    r.noalias() -= c.rows.transpose().lazyProduct(force);
-    work->elastic_j += ShellElementEnergy(c.element, state);
+  if (m.size == 3) {
+    EvaluateElements<3>(m, motion, work);
+  } else {
+    EvaluateElements<Eigen::Dynamic>(m, motion, work);
   }
 
   Matrix6 inertia = m.axial_mass_kg * m.axial_pattern, rate = Matrix6::Zero();
@@ -166,12 +156,8 @@ const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
   if (m.wall >= 0) r -= motion.normal_pressure_pa * work->values.value.segment(m.wall, m.size);
   if (effects.lateral_drag) {
     const double k = rho * effects.lateral_drag->coefficient;
-    Vector6 drag = Vector6::Zero();
-    for (const LateralSlice& slice : m.slices) {
-      const double radius = slice.r + slice.r_row.dot(s);
-      const double height = std::abs(slice.height + slice.height_row.dot(s));
-      model::AddLateralDragSlice(k * radius * height, slice.z + slice.z_row.dot(s), eta, &drag);
-    }
+    const Vector6 drag =
+        m.size == 3 ? SliceDrag<3>(m, k, s, eta) : SliceDrag<Eigen::Dynamic>(m, k, s, eta);
     w -= drag;
   }
   if (plant.has_gravity()) {
@@ -189,184 +175,6 @@ const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
   }
   if (!r.allFinite() || !w.allFinite()) return "a force on the mantle is not finite";
   return nullptr;
-}
-
-void LineariseMantle(const ReducedMantle& m, const model::Plant& plant, const MantleMotion& motion,
-                     int first, MantleWork* work, Linearisation* out) {
-  const model::Effects& effects = plant.robot.effects;
-  const double rho = plant.robot.water.density_kg_m3;
-  const int k = m.size;
-  const Map s(motion.s, k), s_dot(motion.s_dot, k);
-  const Vector6 eta = motion.root_twist, alpha = motion.root_acceleration;
-  work->polynomials.Evaluate(motion.s, true, &work->values);
-  const auto gradient = [&](int i) { return work->values.gradient.col(i); };
-  const auto hessian = [&](int i) -> const Eigen::MatrixXd& { return work->values.hessian[i]; };
-  auto mass_root = out->mass.topLeftCorner<6, 6>();
-  auto damping_root = out->damping.topLeftCorner<6, 6>();
-  auto mass = out->mass.block(first, first, k, k);
-  auto damping = out->damping.block(first, first, k, k);
-  auto stiffness = out->stiffness.block(first, first, k, k);
-  auto root_by_rate = out->damping.block(0, first, 6, k);
-  auto root_by_shape = out->stiffness.block(0, first, 6, k);
-  auto shape_by_root = out->damping.block(first, 0, k, 6);
-
-  for (std::size_t e = 0; e < m.elements.size(); ++e) {
-    const CubatureElement& c = m.elements[e];
-    model::Matrix5 by_y, by_rate;
-    ShellStrainTangents(c.element, m.material, work->elements[e], &by_y, &by_rate);
-    work->scratch.noalias() = by_y.lazyProduct(c.rows);
-    stiffness.noalias() += c.rows.transpose().lazyProduct(work->scratch);
-    if (m.material.viscosity_pa_s == 0.0) continue;
-    work->scratch.noalias() = by_rate.lazyProduct(c.rows);
-    damping.noalias() += c.rows.transpose().lazyProduct(work->scratch);
-  }
-
-  // Inertia: functions c_i of the shape with gradient and Hessian, water's share added.
-  Matrix6 inertia = m.axial_mass_kg * m.axial_pattern, rate = Matrix6::Zero();
-  const bool water = effects.contained_water;
-  if (water) {
-    const double inverse = 1.0 / work->volume_m3;
-    Eigen::MatrixXd& h = work->centroid_hessian;
-    h = inverse * (hessian(m.moment1) - work->centroid_m * hessian(m.volume));
-    h.noalias() -= inverse * work->centroid_gradient.lazyProduct(gradient(m.volume).transpose());
-    h.noalias() -= inverse * gradient(m.volume).lazyProduct(work->centroid_gradient.transpose());
-  }
-  const double water_density = water && work->water_kg > 0.0 ? rho : 0.0;
-  for (int i = 0; i < 4; ++i) {
-    const Matrix6& pattern = m.inertia_pattern[i];
-    const Vector6 turned = pattern * eta;
-    const Vector6 pushed = pattern * alpha - CoadjointTimes(eta, turned);
-    double value = work->values.value(m.inertia[i]);
-    // own part
-    stiffness.noalias() -= (0.5 * eta.dot(turned)) * hessian(m.inertia[i]);
-    shape_by_root.noalias() -= gradient(m.inertia[i]).lazyProduct(turned.transpose());
-    work->column = gradient(m.inertia[i]);
-    work->row.noalias() = hessian(m.inertia[i]).lazyProduct(s_dot);
-    if (water && i < 3) {
-      const WaterShare share = ShareOf(*work, i);
-      value += share.value;
-      work->column += share.by_m * work->water_gradient + share.by_z * work->centroid_gradient;
-      // Hessian of m z^i times s_dot
-      const double m_rate = work->water_rate_kg_s, z_rate = work->centroid_rate_m_s;
-      const double z = work->centroid_m;
-      const double mixed = i == 0 ? 0.0 : (i == 1 ? 1.0 : 2.0 * z);  // d2/dm dz
-      const double twice = i == 2 ? 2.0 * work->water_kg : 0.0;      // d2/dz2
-      work->row.noalias() += (share.by_m * water_density) * hessian(m.volume).lazyProduct(s_dot);
-      work->row.noalias() += share.by_z * work->centroid_hessian.lazyProduct(s_dot);
-      work->row += (mixed * z_rate) * work->water_gradient;
-      work->row += (mixed * m_rate + twice * z_rate) * work->centroid_gradient;
-    }
-    inertia += value * pattern;
-    rate += work->column.dot(s_dot) * pattern;
-    root_by_rate.noalias() += turned.lazyProduct(work->column.transpose());
-    root_by_shape.noalias() += pushed.lazyProduct(work->column.transpose());
-    root_by_shape.noalias() += turned.lazyProduct(work->row.transpose());
-  }
-  Vector6 momentum = inertia * eta;
-  momentum(5) += m.axial_coupling.dot(s_dot);
-  mass_root += inertia;
-  damping_root += rate - model::CoadjointMatrix(momentum);
-  damping_root.noalias() -= model::SmallAdjoint(eta).transpose() * inertia;
-  const Vector6 turned_axis = CoadjointTimes(eta, Vector6::Unit(5));
-  root_by_rate.noalias() -= turned_axis.lazyProduct(m.axial_coupling.transpose());
-  mass.diagonal().array() += 1.0;
-  out->mass.block(5, first, 1, k) += m.axial_coupling.transpose();
-  out->mass.block(first, 5, k, 1) += m.axial_coupling;
-
-  if (water) {
-    const Turn t = TurnOf(eta);
-    const double push = t.cross + work->centroid_m * t.pitch2;
-    const auto& gz = work->centroid_gradient;
-    stiffness.noalias() -= (work->water_kg * push) * work->centroid_hessian;
-    stiffness.noalias() -= push * gz.lazyProduct(work->water_gradient.transpose());
-    stiffness.noalias() -= (work->water_kg * t.pitch2) * gz.lazyProduct(gz.transpose());
-    const Vector6 by_twist =
-        work->water_kg * (t.cross_by_twist + work->centroid_m * t.pitch2_by_twist);
-    shape_by_root.noalias() -= gz.lazyProduct(by_twist.transpose());
-    if (work->water_rate_kg_s < 0.0) {  // OutflowWrench = m_dot (a (a . eta) + b (b . eta))
-      const double z = m.lip_z + m.lip_z_row.dot(s), flow = work->water_rate_kg_s;
-      Vector6 a, b;
-      a << 0, z, 0, 1, 0, 0;
-      b << -z, 0, 0, 0, 1, 0;
-      const double ua = a.dot(eta), ub = b.dot(eta);
-      const Vector6 by_flow = ua * a + ub * b;
-      Vector6 by_z;
-      by_z << -flow * ub, flow * ua, 0, 0, 0, 0;
-      by_z += flow * (eta(1) * a - eta(0) * b);
-      damping_root.noalias() -= flow * (a * a.transpose());
-      damping_root.noalias() -= flow * (b * b.transpose());
-      work->row.noalias() = water_density * hessian(m.volume).lazyProduct(s_dot);
-      root_by_rate.noalias() -= by_flow.lazyProduct(work->water_gradient.transpose());
-      root_by_shape.noalias() -= by_flow.lazyProduct(work->row.transpose());
-      root_by_shape.noalias() -= by_z.lazyProduct(m.lip_z_row.transpose());
-    }
-  }
-  if (effects.jet_thrust) {
-    if (m.flux < 0) {
-      work->column = work->thrust_by_flux * gradient(m.volume);
-      work->row.noalias() = work->thrust_by_flux * hessian(m.volume).lazyProduct(s_dot);
-    } else {
-      work->column = work->thrust_by_flux * work->values.value.segment(m.flux, k);
-      work->row.noalias() =
-          work->thrust_by_flux * work->values.gradient.middleCols(m.flux, k).lazyProduct(s_dot);
-    }
-    damping.noalias() -= m.thrust.lazyProduct(work->column.transpose());
-    stiffness.noalias() -= m.thrust.lazyProduct(work->row.transpose());
-    root_by_rate.row(5) -= work->column.transpose();
-    root_by_shape.row(5) -= work->row.transpose();
-  }
-  if (effects.drag && work->axial_speed_m_s != 0.0) {  // quadratic in speed and in radius
-    const double by_speed = 2.0 * work->drag_n / work->axial_speed_m_s;
-    const double by_radius = 2.0 * work->drag_n / work->max_radius_m;
-    damping.noalias() -= by_speed * m.mean_axial.lazyProduct(m.mean_axial.transpose());
-    shape_by_root.col(5) -= by_speed * m.mean_axial;
-    root_by_rate.row(5) -= by_speed * m.mean_axial.transpose();
-    damping_root(5, 5) -= by_speed;
-    const auto widest = m.radius_rows.row(work->widest);
-    stiffness.noalias() -= by_radius * m.mean_axial.lazyProduct(widest);
-    root_by_shape.row(5) -= by_radius * widest;
-  }
-  for (std::size_t c = 0; c < m.spokes.size(); ++c) {
-    const model::CableInput& in = motion.spokes[c];
-    if (!in.reeled || work->cable_tension_n[c] == 0.0) continue;
-    const VectorX& g = m.spokes[c].gradient;
-    stiffness.noalias() += in.stiffness_n_m * g.lazyProduct(g.transpose());
-    damping.noalias() += in.damping_n_s_m * g.lazyProduct(g.transpose());
-  }
-  if (m.wall >= 0) {
-    stiffness.noalias() -=
-        motion.normal_pressure_pa * work->values.gradient.middleCols(m.wall, k).transpose();
-  }
-  if (effects.lateral_drag) {
-    const double c = rho * effects.lateral_drag->coefficient;
-    Matrix6 by_twist = Matrix6::Zero();
-    for (const LateralSlice& slice : m.slices) {
-      const double radius = slice.r + slice.r_row.dot(s);
-      const double height = slice.height + slice.height_row.dot(s);
-      const double sign = height < 0.0 ? -1.0 : 1.0;
-      Vector6 by_z = Vector6::Zero(), by_k = Vector6::Zero();
-      model::AddLateralDragSliceTangent(c * radius * sign * height, slice.z + slice.z_row.dot(s),
-                                        eta, &by_twist, &by_z, &by_k);
-      work->row = (c * sign) * (height * slice.r_row + radius * slice.height_row);
-      root_by_shape.noalias() -= by_z.lazyProduct(slice.z_row.transpose());
-      root_by_shape.noalias() -= by_k.lazyProduct(work->row.transpose());
-    }
-    damping_root -= by_twist;
-  }
-  if (plant.has_gravity()) {
-    const Vector3 g = SurfaceWeight(plant, motion.gravity_m_s2);
-    if (g.isZero(0.0)) return;
-    // R^T g turns by (R^T g) x zeta when the root turns by zeta
-    const Matrix3 turn = model::Hat(g);
-    const double moment = m.axial_moment + m.axial_area.dot(s);
-    auto by_rotation = out->stiffness.topLeftCorner<6, 3>();
-    by_rotation.row(0) += moment * turn.row(1);
-    by_rotation.row(1) -= moment * turn.row(0);
-    by_rotation.bottomRows<3>() -= plant.shell->area_m2 * turn;
-    out->stiffness.block(first, 0, k, 3).noalias() -= m.axial_area.lazyProduct(turn.row(2));
-    root_by_shape.row(0) += g.y() * m.axial_area.transpose();
-    root_by_shape.row(1) -= g.x() * m.axial_area.transpose();
-  }
 }
 
 }  // namespace mantle::reduced

@@ -6,8 +6,9 @@
 
 /// Several polynomials in the mantle's coordinates at once, found from values of the plant's own
 /// functions (volume, moments of inertia, ...), which are exact polynomials of known degree in a
-/// linear space of shapes. No formula is written a second time, and value, gradient and Hessian
-/// cost a few dozen multiplications instead of a loop over the mesh.
+/// linear space of shapes. No formula is written a second time, and value, gradient and Hessian are
+/// sums over a few dozen monomials (the derivatives' coefficients are made once) instead of a loop
+/// over the mesh.
 
 namespace mantle::reduced {
 
@@ -26,8 +27,8 @@ class Polynomials {
   Polynomials(int degree, const Eigen::VectorXd& scale, int outputs,
               const std::function<void(const Eigen::VectorXd&, Eigen::VectorXd*)>& function);
 
-  int variables() const { return static_cast<int>(scale_.size()); }
-  int outputs() const { return static_cast<int>(coefficients_.cols()); }
+  int variables() const { return static_cast<int>(inverse_scale_.size()); }
+  int outputs() const { return outputs_; }
   /// Allocates; once.
   void Size(PolynomialValues* values) const;
   void Evaluate(const double* x, bool with_hessian, PolynomialValues* values);
@@ -36,12 +37,20 @@ class Polynomials {
   struct Monomial {
     int parent, variable;  ///< monomial = parent times x_variable; the first one is 1
   };
-  Eigen::VectorXd scale_;
+  /// Sums of the first `rows` monomials: row by row, one column per number, padded.
+  struct Table {
+    int rows{0}, columns{0};
+    std::vector<double> entries;
+  };
+  Table MakeTable(int rows, int columns) const;
+  void MakeDerivatives(int degree, const Eigen::MatrixXd& coefficients);
+
+  int outputs_{0};
+  Eigen::VectorXd inverse_scale_;
   std::vector<Monomial> monomials_;
-  Eigen::MatrixXd coefficients_;  // monomials x outputs
-  Eigen::VectorXd value_;         // of the monomials, in x / scale
-  Eigen::MatrixXd gradient_;      // variables x monomials
-  Eigen::MatrixXd hessian_;       // (variables^2) x monomials
+  std::vector<int> count_;  // of monomials up to each degree
+  Table value_, gradient_, hessian_;
+  std::vector<double> monomial_, sum_;  // at x / scale; sums of a table
 };
 
 }  // namespace mantle::reduced

@@ -1,5 +1,7 @@
 #include "reduced/projection.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/LU>
 #include <cmath>
 
@@ -44,9 +46,10 @@ Projection::Projection(const ReducedModel& model)
     }
     Eigen::FullPivLU<Eigen::MatrixXd> lu(normal);
     if (!lu.isInvertible()) {
-      throw model::BadRobot("reduced.arms." + rod.name +
-                            ": more strain coordinates than the plant's elements can tell apart; "
-                            "use more elements");
+      throw model::BadRobot(
+          fmt::format("reduced.arms.{}: {} strain coordinates; the plant's {} elements tell only "
+                      "{} apart, use more elements",
+                      rod.name, arm.size(), rod.element_count(), lu.rank()));
     }
     normal_inverse_.push_back(lu.inverse());
     element_basis_.push_back(std::move(rows));
@@ -133,6 +136,12 @@ bool Projection::ProjectArm(int a, const model::PlantState& from, ReducedState* 
 }
 
 bool Projection::Project(const model::PlantState& from, ReducedState* to) {
+  if (from.pose.size() != trial_.pose.size() || from.velocity.size() != trial_.velocity.size() ||
+      from.shape.size() != trial_.shape.size()) {
+    return false;
+  }
+  to->q.resize(model_.coordinate_count());
+  to->v.resize(model_.velocity_count());
   to->time_s = from.time_s;
   to->root = from.pose[0];
   to->q.setZero();

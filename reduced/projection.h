@@ -15,12 +15,14 @@ namespace mantle::reduced {
 
 class Projection {
  public:
+  /// Throws model::BadRobot where the plant's mesh is too coarse to tell the strains apart.
   explicit Projection(const ReducedModel& model);
 
   /// `to` is sized as InitialState(model.plant). No allocation.
   void Lift(const ReducedState& from, model::PlantState* to);
 
-  /// Returns false where the iteration does not converge (an element turned too far).
+  /// Returns false where the iteration does not converge (an element turned too far) or the state
+  /// is of another plant; `to` is then not a state.
   bool Project(const model::PlantState& from, ReducedState* to);
 
  private:

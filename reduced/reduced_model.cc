@@ -105,7 +105,7 @@ ReducedModel::ReducedModel(const model::Robot& robot, const Reduction& reduction
     try {
       mantle = std::make_unique<const ReducedMantle>(MakeReducedMantle(plant, reduction.mantle));
     } catch (const BadRobot& error) {
-      throw BadRobot(std::string("reduced.mantle.") + error.what());
+      throw BadRobot(std::string("reduced.") + error.what());
     }
     coordinates_ += mantle->size;
   }
@@ -128,15 +128,23 @@ ReducedState InitialState(const ReducedModel& model) {
   ReducedState s;
   s.q = VectorX::Zero(model.coordinate_count());
   s.v = VectorX::Zero(model.velocity_count());
-  s.root = model.plant.robot.root_pose;
-  s.v.head<6>() = model.plant.robot.root_twist;
-  if (!model.plant.root_free()) {
-    model::PlantInputs inputs;
-    EvaluateInputs(model.plant, 0.0, false, &inputs);
-    s.root = inputs.root_pose;
-    s.v.head<6>() = inputs.root_twist;
-  }
+  const model::PlantState full = InitialState(model.plant);
+  s.root = full.pose[0];
+  s.v.head<6>() = full.velocity.head<6>();
   return s;
+}
+
+std::string SizeComplaint(const ReducedModel& model, const ReducedState& state) {
+  const auto complaint = [](const char* name, long have, int want) {
+    return fmt::format("{} has {} entries, must be {}", name, have, want);
+  };
+  if (state.q.size() != model.coordinate_count()) {
+    return complaint("q", state.q.size(), model.coordinate_count());
+  }
+  if (state.v.size() != model.velocity_count()) {
+    return complaint("v", state.v.size(), model.velocity_count());
+  }
+  return {};
 }
 
 void ApplyControls(const ReducedModel& model, const double* u, model::PlantInputs* inputs) {

@@ -52,8 +52,11 @@ class ReducedModel {
   int mantle_first_{0}, coordinates_{0};
 };
 
-/// Reference shape at the robot's initial pose and root twist.
+/// Reference shape, at rest relative to the root, at the robot's initial pose and root twist.
 ReducedState InitialState(const ReducedModel& model);
+
+/// Empty, or how the state's sizes differ from the model's ("q has 3 entries, must be 19").
+std::string SizeComplaint(const ReducedModel& model, const ReducedState& state);
 
 /// Overwrites every input that an actuator drives with the sum of gain times u: tensions of cables
 /// (or lengths of their reels), amplitudes, pressures. u has input_count() entries.

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kSameTime_s = 1e-12;
 constexpr double kRecovery = 2.0;  // growth of a reduced step per success
+constexpr double kMoving = 1e-12;  // velocity relative to a rigid robot's: above round-off
 
 }  // namespace
 
@@ -37,9 +38,19 @@ ReducedSimulation::ReducedSimulation(const ReducedModel& model, const ReducedRun
       plant_work_(model.plant),
       acceleration_(VectorX::Zero(model.velocity_count())),
       plant_acceleration_(VectorX::Zero(model.plant.velocity_size())),
-      step_cap_s_(settings.step_s) {}
+      step_cap_s_(settings.step_s) {
+  const model::PlantState start = model::StartState(model.plant);
+  projection_.Lift(state_, &lifted_);
+  if ((start.velocity - lifted_.velocity).cwiseAbs().maxCoeff() <= kMoving) return;
+  if (!projection_.Project(start, &state_)) {
+    throw model::BadRobot("initial velocities: cannot be projected onto the reduced coordinates");
+  }
+}
 
 model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
+  if (const std::string complaint = SizeComplaint(model_, state_); !complaint.empty()) {
+    return {false, fmt::format("{}: state: {}", model_.plant.robot.name, complaint)};
+  }
   const double share = FirstStageTime(settings_.step.scheme);
   while (state_.time_s < t_s - kSameTime_s) {
     const double next = std::min(t_s, NextBreakpoint(model_.plant, state_.time_s));
@@ -89,6 +100,7 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
     if (!status.ok) break;
     sample = Observe();
     if (observer) go = observer(sample);
+    status = model::JudgeThrust(model_.plant, sample.time_s, sample.thrust_n);
   }
   result.ok = status.ok;
   result.reason = status.reason;

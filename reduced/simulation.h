@@ -25,6 +25,7 @@ ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction&
 
 class ReducedSimulation {
  public:
+  /// Starts where the plant does (model::StartState), projected. Throws model::BadRobot.
   ReducedSimulation(const ReducedModel& model, const ReducedRunSettings& settings);
 
   const ReducedState& state() const { return state_; }
@@ -32,7 +33,8 @@ class ReducedSimulation {
   model::StepStatus AdvanceTo(double t_s);
   /// Of the lifted state, with the reduced model's own acceleration of the root.
   model::Sample Observe();
-  /// As model::Simulation::Run; energies are reported, works and balances are not.
+  /// As model::Simulation::Run; energies are reported, works and balances are not. A jet that has
+  /// run away stops it at the next sample.
   model::RunResult Run(const std::function<bool(const model::Sample&)>& observer = {});
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
 
-#include <Eigen/LU>
 #include <array>
 
+#include "reduced/dense.h"
 #include "reduced/reduced_model.h"
 
 /// One step of the reduced model, and its exact derivatives.
@@ -27,6 +27,7 @@ struct StepSettings {
   /// Newton stops where the remaining error of an increment is below this: in rad and body lengths
   /// for the root, rad per length and strains times the length for arms, and shares of the
   /// coordinate's scale for the mantle.
+  /// Derivatives are taken at that iterate, and their matrix improves the end state once more.
   double tolerance{1e-9};
   int max_iterations{25};
 };
@@ -46,6 +47,14 @@ struct StepJacobian {
   VectorX step;           ///< by h; inputs are held
 };
 
+/// Increments at which the stages of a step ended. Given back for the same step from a nearby state
+/// (a plan linearised again), they start its Newton iterations.
+struct StepStages {
+  explicit StepStages(const ReducedModel& model);
+  bool known{false};
+  std::array<VectorX, 2> increment;  ///< (theta, q - q_0) of each stage
+};
+
 /// Everything a step needs, allocated by the constructor; nothing in it is carried from one step to
 /// the next.
 class StepWork {
@@ -57,26 +66,28 @@ class StepWork {
   struct Stage {
     VectorX y, y_known, y_rate, v_known, acceleration;
     ReducedState state;
-    Matrix6 jr, jr_rate;                  ///< Jr(theta), d(Jr(theta) theta_dot)/d theta
-    Eigen::MatrixXd y_by, rate_by, v_by;  ///< d(y, y_rate, v)/d(start, u, h)
+    Matrix6 jr, jr_rate;        ///< Jr(theta), d(Jr(theta) theta_dot)/d theta
+    Panel y_by, rate_by, root;  ///< d(y, y_rate, v of the root)/d(zeta_0, q_0, v_0, u, h)
   };
   std::array<Stage, 2> stages_;
   ReducedWork evaluation_;
   ReducedJacobians jacobians_;
-  Eigen::MatrixXd matrix_, rhs_, known_, weighted_;
-  Eigen::PartialPivLU<Eigen::MatrixXd> lu_;
-  VectorX scale_, increment_, permuted_, last_, norms_;
+  Eigen::MatrixXd matrix_, weighted_, left_;
+  Panel right_, root_rows_;
+  DenseLu lu_;
+  VectorX scale_, increment_, last_, norms_;
   Eigen::MatrixXd steps_;  ///< of Broyden's method, scaled
-  Matrix6X root_rows_;
 };
 
 /// Advances `from` by h seconds with the inputs at the stages (first stage at gamma h, or all at
 /// the end), into `to`; fills `jacobian` where it is not null, for inputs that change equally at
-/// both stages. On failure `to` is not a state. No allocation.
+/// both stages. `stages`, where it is not null, starts Newton's iterations if it is known (without
+/// it, where that fails), and is overwritten. On failure `to` is not a state, and the stages are
+/// not known. No allocation.
 StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, double h,
                      const ReducedState& from, const model::PlantInputs& first,
                      const model::PlantInputs& last, StepWork* work, ReducedState* to,
-                     StepJacobian* jacobian);
+                     StepJacobian* jacobian, StepStages* stages = nullptr);
 
 /// Fraction of the step at which the first stage's inputs are taken (the last stage's: 1).
 double FirstStageTime(StepScheme scheme);

@@ -1,5 +1,6 @@
 #include "reduced/tangent_jet.h"
 
+#include <array>
 #include <cmath>
 
 namespace mantle::reduced {
@@ -14,28 +15,48 @@ constexpr double kInverseFactorial[10] = {1.0,           1.0,           1.0 / 2.
                                           1.0 / 24.0,    1.0 / 120.0,   1.0 / 720.0, 1.0 / 5040.0,
                                           1.0 / 40320.0, 1.0 / 362880.0};
 
-// c_m(s) by its series; `terms` leaves a remainder below 1e-17 of the first term.
-template <int Terms>
-double Series(int m, double s) {
+// c_M(s) by its series; `Terms` leaves a remainder below 1e-17 of the first term.
+template <int M, int Terms>
+double Series(double s) {
+  static constexpr std::array<double, Terms + 1> kInverse = [] {
+    std::array<double, Terms + 1> a{};
+    for (int k = 1; k <= Terms; ++k) a[k] = 1.0 / ((2 * k + M) * (2 * k + M - 1));
+    return a;
+  }();
   double sum = 1.0;
-  for (int k = Terms; k >= 1; --k) {
-    sum = 1.0 - s * sum / ((2 * k + m) * (2 * k + m - 1));
-  }
-  return sum * kInverseFactorial[m];
+  for (int k = Terms; k >= 1; --k) sum = 1.0 - s * sum * kInverse[k];
+  return sum * kInverseFactorial[M];
 }
 
-// p I - b W + c w w^T
-Matrix3 Combine(double p, double b, double c, const Vector3& w) {
-  Matrix3 m = (c * w) * w.transpose();
-  m.diagonal().array() += p;
-  m(1, 0) -= b * w.z();
-  m(0, 1) += b * w.z();
-  m(0, 2) -= b * w.y();
-  m(2, 0) += b * w.y();
-  m(2, 1) -= b * w.x();
-  m(1, 2) += b * w.x();
-  return m;
-}
+// alpha I - beta~ + sum (a w^T + w a^T)
+struct Operator {
+  double xx, yy, zz, xy, xz, yz;
+  Vector3 beta;
+
+  Operator(double alpha, const Vector3& b)
+      : xx(alpha), yy(alpha), zz(alpha), xy(0), xz(0), yz(0), beta(b) {}
+
+  Operator& Add(const Vector3& a, const Vector3& w) {
+    xx += 2.0 * a.x() * w.x();
+    yy += 2.0 * a.y() * w.y();
+    zz += 2.0 * a.z() * w.z();
+    xy += a.x() * w.y() + a.y() * w.x();
+    xz += a.x() * w.z() + a.z() * w.x();
+    yz += a.y() * w.z() + a.z() * w.y();
+    return *this;
+  }
+  void Write(Matrix3* m) const {
+    (*m)(0, 0) = xx;
+    (*m)(1, 1) = yy;
+    (*m)(2, 2) = zz;
+    (*m)(1, 0) = xy - beta.z();
+    (*m)(0, 1) = xy + beta.z();
+    (*m)(2, 0) = xz + beta.y();
+    (*m)(0, 2) = xz - beta.y();
+    (*m)(2, 1) = yz - beta.x();
+    (*m)(1, 2) = yz + beta.x();
+  }
+};
 
 void SubtractHat(double b, const Vector3& w, Matrix3* m) {
   (*m)(1, 0) -= b * w.z();
@@ -46,13 +67,6 @@ void SubtractHat(double b, const Vector3& w, Matrix3* m) {
   (*m)(1, 2) += b * w.x();
 }
 
-// m += c (a b^T + b a^T)
-void AddSymmetric(double c, const Vector3& a, const Vector3& b, Matrix3* m) {
-  const Vector3 ca = c * a;
-  const Matrix3 x = ca * b.transpose();
-  *m += x + x.transpose();
-}
-
 }  // namespace
 
 Stumpff StumpffFunctions(double s) {
@@ -60,14 +74,14 @@ Stumpff StumpffFunctions(double s) {
   double* c = out.c;
   if (s < kSeriesLimit) {
     if (s < kSmallLimit) {
-      c[9] = Series<5>(9, s);
-      c[8] = Series<5>(8, s);
+      c[9] = Series<9, 5>(s);
+      c[8] = Series<8, 5>(s);
     } else if (s < kMediumLimit) {
-      c[9] = Series<8>(9, s);
-      c[8] = Series<8>(8, s);
+      c[9] = Series<9, 8>(s);
+      c[8] = Series<8, 8>(s);
     } else {
-      c[9] = Series<16>(9, s);
-      c[8] = Series<16>(8, s);
+      c[9] = Series<9, 16>(s);
+      c[8] = Series<8, 16>(s);
     }
     for (int m = 7; m >= 0; --m) c[m] = kInverseFactorial[m] - s * c[m + 2];
     return out;
@@ -102,29 +116,21 @@ TangentCoefficients EvaluateTangentJet(const Vector6& omega, const Vector6& omeg
   const auto along = [&](const double* f) { return f[1] * n; };
   const auto along_rate = [&](const double* f) { return f[2] * s1 * n + f[1] * n1; };
 
-  Matrix3& f = jet->value.f;
-  f = Combine(k.p[0], k.b[0], k.c[0], w);
-  Matrix3& g = jet->value.g;
-  g = Combine(along(k.p), along(k.b), along(k.c), w);
-  SubtractHat(k.b[0], v, &g);
-  AddSymmetric(k.c[0], v, w, &g);
-
-  jet->rate.f = Combine(rate(k.p), rate(k.b), rate(k.c), w);
-  SubtractHat(k.b[0], w1, &jet->rate.f);
-  AddSymmetric(k.c[0], w1, w, &jet->rate.f);
-  Matrix3& g1 = jet->rate.g;
-  g1 = Combine(along_rate(k.p), along_rate(k.b), along_rate(k.c), w);
-  SubtractHat(along(k.b), w1, &g1);
-  SubtractHat(rate(k.b), v, &g1);
-  SubtractHat(k.b[0], v1, &g1);
-  AddSymmetric(along(k.c), w1, w, &g1);
-  AddSymmetric(rate(k.c), v, w, &g1);
-  AddSymmetric(k.c[0], v1, w, &g1);
-  AddSymmetric(k.c[0], v, w1, &g1);
+  Operator(k.p[0], k.b[0] * w).Add(0.5 * k.c[0] * w, w).Write(&jet->value.f);
+  Operator(along(k.p), along(k.b) * w + k.b[0] * v)
+      .Add(0.5 * along(k.c) * w + k.c[0] * v, w)
+      .Write(&jet->value.g);
+  Operator(rate(k.p), rate(k.b) * w + k.b[0] * w1)
+      .Add(0.5 * rate(k.c) * w + k.c[0] * w1, w)
+      .Write(&jet->rate.f);
+  Operator(along_rate(k.p), along_rate(k.b) * w + along(k.b) * w1 + rate(k.b) * v + k.b[0] * v1)
+      .Add(0.5 * along_rate(k.c) * w + along(k.c) * w1 + rate(k.c) * v + k.c[0] * v1, w)
+      .Add(k.c[0] * v, w1)
+      .Write(&jet->rate.g);
 
   // R = cos I + c_1 W + c_2 w w^T
-  jet->rotation = Combine(1.0 - s * k.b[0], -k.p[0], k.b[0], w);
-  jet->position.noalias() = f.transpose() * v;
+  Operator(1.0 - s * k.b[0], -k.p[0] * w).Add(0.5 * k.b[0] * w, w).Write(&jet->rotation);
+  jet->position.noalias() = jet->value.f.transpose() * v;
   return k;
 }
 
@@ -145,31 +151,20 @@ void EvaluateSecondTangent(const TangentCoefficients& k, const Vector6& omega,
   const auto along_second = [&](const double* f) {
     return f[3] * s1 * s1 * n + f[2] * (s2 * n + 2.0 * s1 * n1) + f[1] * n2;
   };
+  const double c = k.c[0], c_rate = 2.0 * rate(k.c), c_along = along(k.c);
 
-  Matrix3& f2 = jet->second.f;
-  f2 = Combine(second(k.p), second(k.b), second(k.c), w);
-  SubtractHat(2.0 * rate(k.b), w1, &f2);
-  SubtractHat(k.b[0], w2, &f2);
-  AddSymmetric(2.0 * rate(k.c), w1, w, &f2);
-  AddSymmetric(k.c[0], w2, w, &f2);
-  AddSymmetric(k.c[0], w1, w1, &f2);
-
-  Matrix3& g2 = jet->second.g;
-  g2 = Combine(along_second(k.p), along_second(k.b), along_second(k.c), w);
-  SubtractHat(2.0 * along_rate(k.b), w1, &g2);
-  SubtractHat(along(k.b), w2, &g2);
-  SubtractHat(second(k.b), v, &g2);
-  SubtractHat(2.0 * rate(k.b), v1, &g2);
-  SubtractHat(k.b[0], v2, &g2);
-  AddSymmetric(2.0 * along_rate(k.c), w1, w, &g2);
-  AddSymmetric(along(k.c), w2, w, &g2);
-  AddSymmetric(along(k.c), w1, w1, &g2);
-  AddSymmetric(second(k.c), v, w, &g2);
-  AddSymmetric(2.0 * rate(k.c), v1, w, &g2);
-  AddSymmetric(2.0 * rate(k.c), v, w1, &g2);
-  AddSymmetric(k.c[0], v2, w, &g2);
-  AddSymmetric(2.0 * k.c[0], v1, w1, &g2);
-  AddSymmetric(k.c[0], v, w2, &g2);
+  Operator(second(k.p), second(k.b) * w + 2.0 * rate(k.b) * w1 + k.b[0] * w2)
+      .Add(0.5 * second(k.c) * w + c_rate * w1 + c * w2, w)
+      .Add(c * w1, w1)
+      .Write(&jet->second.f);
+  Operator(along_second(k.p), along_second(k.b) * w + 2.0 * along_rate(k.b) * w1 + along(k.b) * w2 +
+                                  second(k.b) * v + 2.0 * rate(k.b) * v1 + k.b[0] * v2)
+      .Add(0.5 * along_second(k.c) * w + 2.0 * along_rate(k.c) * w1 + c_along * w2 +
+               second(k.c) * v + c_rate * v1 + c * v2,
+           w)
+      .Add(c_along * w1 + c_rate * v + 2.0 * c * v1, w1)
+      .Add(c * v, w2)
+      .Write(&jet->second.g);
 }
 
 Matrix6 TangentTransposeDerivative(const TangentCoefficients& k, const Vector6& omega,

@@ -186,7 +186,7 @@ TEST(DriveSupervision, ShortRpdoIsReportedOnceAndNotProcessed) {
 TEST(DriveSupervision, AMasterThatOnlySendsShortRpdosTimesOut) {
   DriveBench bench;
   bench.Enable(Hauling());
-  for (int i = 0; i < 50; ++i) {
+  for (int i = 0; i < 100; ++i) {
     bench.Heartbeat();
     bench.Send(Frame(0x201, {0x0F, 0x00, 0x01}));
     bench.Sync();
@@ -203,7 +203,7 @@ TEST(DriveSupervision, MissingRpdoOrSyncFaultsWith8250) {
     bench.Enable(Hauling());
     const std::int64_t start_us = bench.now_us;
     std::int64_t reported_us = 0;
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 100; ++i) {
       bench.Heartbeat();
       if (with_sync) {
         bench.Sync();
@@ -227,7 +227,7 @@ TEST(DriveSupervision, MissingRpdoOrSyncFaultsWith8250) {
 TEST(DriveSupervision, AnSdoCannotResetAnRpdoTimeoutWhileRpdosStayAway) {
   DriveBench bench;
   bench.Enable({});
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < 100; ++i) {
     bench.Heartbeat();
     bench.Advance(10'000);
   }
@@ -241,7 +241,7 @@ TEST(DriveSupervision, PreOperationalWhileEnabledIsAMissingRpdo) {
   DriveBench bench;
   bench.Enable(Hauling());
   bench.Nmt(NmtCommand::kPreOperational);
-  bench.Run(Hauling(), 30);
+  bench.Run(Hauling(), 100);
   EXPECT_EQ(bench.drive.state(), DriveState::kFault);
   EXPECT_EQ(bench.Emergencies(), (std::vector<EmcyCode>{EmcyCode::kRpdoTimeout}));
 }

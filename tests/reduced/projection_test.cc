@@ -30,6 +30,16 @@ TEST(Projection, StatesInTheReducedSpaceComeBack) {
   }
 }
 
+TEST(Projection, StateOfAnotherPlantIsRefused) {
+  const ReducedModel model(tests::ControlRobot(20, 32), {});
+  Projection projection(model);
+  ReducedState back;
+  EXPECT_TRUE(projection.Project(InitialState(model.plant), &back)) << "and sizes what it fills";
+  EXPECT_EQ(SizeComplaint(model, back), "");
+  EXPECT_FALSE(projection.Project(InitialState(model::Plant(tests::ControlRobot(21, 32))), &back));
+  EXPECT_FALSE(projection.Project(InitialState(model::Plant(tests::ControlRobot(20, 33))), &back));
+}
+
 TEST(Projection, LiftedNodesLieOnTheStrainField) {
   Reduction r;
   r.arms[0].segments = 1;

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <numbers>
-
 #include "model/simulation.h"
 #include "reduced/simulation.h"
 #include "tests/reduced/reduced_robots.h"
@@ -98,20 +96,15 @@ INSTANTIATE_TEST_SUITE_P(Schemes, StepDerivatives,
                            return info.param == StepScheme::kSdirk2 ? "Sdirk2" : "BackwardEuler";
                          });
 
-TEST(Step, SameMotionAsPlantWithAsManySegmentsAsElements) {
-  // Same semi-discrete arm; what differs is the time discretisation, in strains or in poses, which
-  // falls with the square of the step.
-  model::Robot robot = tests::PaperRobot(5, 24);
-  robot.mantle.reset();
-  tests::AddFourCables(&robot.arms[0]);
-  robot.arms[0].cables[0].drive = model::GivenTension{model::ConstantSchedule{0.3}};
-  robot.effects.drag = robot.effects.added_mass = robot.effects.viscosity = true;
-  Reduction equal = tests::EquivalentReduction(robot);
-  const ReducedModel model(robot, equal);
+// Largest difference between plant and reduced model after 0.4 s with steps of 20 and 10 ms: tip
+// and root in arm lengths, volume in its change.
+struct MotionErrors {
+  double coarse{0}, fine{0};
+};
+MotionErrors CompareMotion(const model::Robot& robot, const Reduction& reduction) {
+  const ReducedModel model(robot, reduction);
   constexpr double kDuration_s = 0.4;
-  double error[2];
-  for (int i : {0, 1}) {
-    const double h = i == 0 ? 0.02 : 0.01;
+  const auto error = [&](double h) {
     model::RunSettings full;
     full.duration_s = kDuration_s;
     full.step_s = h;
@@ -122,12 +115,55 @@ TEST(Step, SameMotionAsPlantWithAsManySegmentsAsElements) {
     small.step_s = h;
     small.output_interval_s = kDuration_s;
     ReducedSimulation reduced(model, small);
-    ASSERT_TRUE(plant.AdvanceTo(kDuration_s).ok);
-    ASSERT_TRUE(reduced.AdvanceTo(kDuration_s).ok);
-    error[i] = (plant.Observe().tips[0].position - reduced.Observe().tips[0].position).norm();
-  }
-  EXPECT_LT(error[1], 1e-4 * 0.42);
-  EXPECT_LT(error[1], 0.3 * error[0]);  // order 2 would be 0.25
+    const model::Sample start = plant.Observe();
+    EXPECT_TRUE(plant.AdvanceTo(kDuration_s).ok);
+    EXPECT_TRUE(reduced.AdvanceTo(kDuration_s).ok);
+    const model::Sample f = plant.Observe(), r = reduced.Observe();
+    const double length = robot.arms[0].length_m;
+    double worst = std::max((f.tips[0].position - r.tips[0].position).norm() / length,
+                            (f.root.position - r.root.position).norm() / length);
+    EXPECT_GT((f.tips[0].position - start.tips[0].position).norm(), 0.05 * length) << "it moves";
+    if (model.mantle) {
+      const double change = std::abs(f.volume_m3 - start.volume_m3);
+      EXPECT_GT(change, 0.01 * start.volume_m3);
+      worst = std::max(worst, std::abs(f.volume_m3 - r.volume_m3) / change);
+    }
+    return worst;
+  };
+  return {error(0.02), error(0.01)};
+}
+
+// The semi-discrete robot is the same; what differs is the time discretisation, in strains or in
+// poses, which falls with the square of the step.
+constexpr double kSecondOrder = 0.3;  // 0.25 for order 2
+
+TEST(Step, SameMotionAsPlantWithAsManySegmentsAsElements) {
+  model::Robot robot = tests::PaperRobot(5, 24);
+  robot.mantle.reset();
+  tests::AddFourCables(&robot.arms[0]);
+  robot.arms[0].cables[0].drive = model::GivenTension{model::ConstantSchedule{0.3}};
+  robot.effects.drag = robot.effects.added_mass = robot.effects.viscosity = true;
+  const MotionErrors e = CompareMotion(robot, tests::EquivalentReduction(robot));
+  EXPECT_LT(e.fine, 1e-4);
+  EXPECT_LT(e.fine, kSecondOrder * e.coarse);
+}
+
+TEST(Step, SameMotionAsPlantWithAllOfACoarseMantlesShapesToo) {
+  // Two elements of a tube have six free coordinates: six modes span them all.
+  model::Robot robot = tests::ControlRobot(5, 24);
+  robot.mantle->pieces = {{0.05, 0.0}};
+  robot.mantle->theta0_rad = -std::numbers::pi / 2;
+  robot.mantle->r0_m = 0.03;
+  robot.mantle->stations_m.clear();
+  robot.mantle->strips = {{"muscle", 0.0, 0.05, model::ConstantSchedule{100.0}}};
+  robot.mantle->elements = 2;
+  robot.arms[0].cables[0].drive = model::GivenTension{model::ConstantSchedule{0.3}};
+  Reduction reduction = tests::EquivalentReduction(robot);
+  reduction.mantle.modes = 6;
+  reduction.mantle.static_pressures_pa.emplace();
+  const MotionErrors e = CompareMotion(robot, reduction);
+  EXPECT_LT(e.fine, 1e-3);
+  EXPECT_LT(e.fine, kSecondOrder * e.coarse);
 }
 
 TEST(Step, SecondOrderInTime) {
@@ -181,84 +217,6 @@ TEST(Step, RemainderOfTheJacobianIsOfSecondOrder) {
   EXPECT_LT(ratio, 4.5);
 }
 
-bool AllFinite(const ReducedState& s) {
-  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite();
-}
-
-// A step either succeeds with finite numbers or is refused with a cause.
-void ExpectSaneRun(const model::Robot& robot, const Reduction& reduction, double size, int steps) {
-  const ReducedModel model(robot, reduction);
-  ReducedState s = RandomReducedState(model, size, 3), next = s;
-  const PlantInputs inputs = SomeInputs(model, 1.0);
-  StepWork work(model);
-  StepJacobian jacobian(model);
-  for (int i = 0; i < steps; ++i) {
-    const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, &jacobian);
-    if (!o.ok) {
-      EXPECT_NE(o.cause, nullptr);
-      EXPECT_NE(o.body, nullptr);
-      return;
-    }
-    ASSERT_TRUE(AllFinite(next));
-    ASSERT_TRUE(jacobian.state.allFinite() && jacobian.input.allFinite() &&
-                jacobian.step.allFinite());
-    s = next;
-  }
-}
-
-TEST(StepHardCases, ZeroStateAtRest) { ExpectSaneRun(tests::ControlRobot(8, 24), {}, 0.0, 20); }
-
-TEST(StepHardCases, SoftStiffAndAnyAddedMass) {
-  for (double factor : {0.01, 1.0, 100.0}) {
-    model::Robot robot = tests::ControlRobot(8, 24);
-    robot.arms[0].material.young_pa *= factor;
-    ExpectSaneRun(robot, {}, 0.3, 20);
-  }
-  for (double ratio : {0.1, 100.0}) {
-    model::Robot robot = tests::ControlRobot(8, 24);
-    robot.arms[0].added_mass_coefficient = ratio;
-    ExpectSaneRun(robot, {}, 0.3, 20);
-  }
-}
-
-TEST(StepHardCases, FullTaper) {
-  model::Robot robot = tests::ControlRobot(8, 24);
-  robot.arms[0].radius_tip_m = 1e-5;
-  ExpectSaneRun(robot, {}, 0.3, 20);
-}
-
-TEST(StepHardCases, StrainThroughPiAndTwoPiPerSegment) {
-  Reduction r;
-  r.arms[0].segments = 2;
-  const model::Robot robot = tests::ControlRobot(8, 24);
-  const ReducedModel model(robot, r);
-  PlantInputs inputs = SomeInputs(model, 0.0);
-  StepWork work(model);
-  StepJacobian jacobian(model);
-  for (double turn : {std::numbers::pi, 2 * std::numbers::pi, 3 * 2 * std::numbers::pi}) {
-    ReducedState s = InitialState(model), next = s;
-    s.q(2) = turn / 0.21;
-    s.q(6) = -turn / 0.21;
-    const StepOutcome o = TakeStep(model, {}, 0.01, s, inputs, inputs, &work, &next, &jacobian);
-    if (o.ok) {
-      EXPECT_TRUE(AllFinite(next) && jacobian.state.allFinite());
-    } else {
-      EXPECT_NE(o.cause, nullptr);
-    }
-  }
-}
-
-TEST(StepHardCases, ClosedMantleIsRefusedWithAReason) {
-  const ReducedModel model(tests::ControlRobot(8, 24), {});
-  ReducedState s = InitialState(model), next = s;
-  s.q(model.mantle_first() + 2) = 40 * model.mantle->basis.scale(2);
-  StepWork work(model);
-  const PlantInputs inputs = SomeInputs(model, 0.0);
-  const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, nullptr);
-  EXPECT_FALSE(o.ok);
-  ASSERT_NE(o.cause, nullptr);
-}
-
 TEST(StepBadInput, WrongSizeAndStepAreRefused) {
   const ReducedModel model(tests::ControlRobot(8, 24), {});
   ReducedState s = InitialState(model), next = s;
@@ -270,32 +228,6 @@ TEST(StepBadInput, WrongSizeAndStepAreRefused) {
   const StepOutcome o = TakeStep(model, {}, 0.05, s, inputs, inputs, &work, &next, nullptr);
   EXPECT_FALSE(o.ok);
   EXPECT_STREQ(o.cause, "the state has the wrong size for this model");
-}
-
-TEST(StepBadInput, ModelsThatCannotBeAreRefused) {
-  model::Robot frozen = tests::ControlRobot(8, 24);
-  frozen.coupling = model::Coupling::kFrozen;
-  EXPECT_THROW(ReducedModel(frozen, {}), model::BadRobot);
-  Reduction r;
-  r.arms.resize(3);
-  EXPECT_THROW(ReducedModel(tests::ControlRobot(8, 24), r), model::BadRobot);
-  r = {};
-  r.actuators = {{"motor", {{ActuatorTarget::Kind::kCable, 17, 1.0}}}};
-  EXPECT_THROW(ReducedModel(tests::ControlRobot(8, 24), r), model::BadRobot);
-}
-
-TEST(Controls, GangedCablesShareOneInput) {
-  Reduction r;
-  r.actuators = {
-      {"pair", {{ActuatorTarget::Kind::kCable, 0, 1.0}, {ActuatorTarget::Kind::kCable, 2, 0.5}}}};
-  const ReducedModel model(tests::ControlRobot(8, 24), r);
-  ASSERT_EQ(model.input_count(), 1);
-  PlantInputs inputs = SomeInputs(model, 1.0);
-  const double u = 0.4, other = inputs.cables[1].tension_n;
-  ApplyControls(model, &u, &inputs);
-  EXPECT_EQ(inputs.cables[0].tension_n, 0.4);
-  EXPECT_EQ(inputs.cables[2].tension_n, 0.2);
-  EXPECT_EQ(inputs.cables[1].tension_n, other);
 }
 
 }  // namespace

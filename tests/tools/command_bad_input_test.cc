@@ -19,6 +19,8 @@ std::string PaperWith(const std::string& rest) {
   return "run " + Scene("paper") + " --out out " + rest;
 }
 
+std::string ReducedWith(const std::string& rest) { return PaperWith("--model reduced " + rest); }
+
 TEST(BadInput, IsRefusedInOneLineAndWritesNothing) {
   const std::vector<Refusal> refusals = {
       {"unknown key", PaperWith("--set time.stepp=1"),
@@ -51,6 +53,38 @@ TEST(BadInput, IsRefusedInOneLineAndWritesNothing) {
       {"resume of nothing", PaperWith("--resume absent"), "--resume: absent: cannot be read"},
       {"checkpoints of CVODE", PaperWith("--set time.integrator=cvode --checkpoint-every 1"),
        "--checkpoint-every: needs another integrator than cvode"},
+      {"unknown model", PaperWith("--model slow"), "--model: slow"},
+      {"strains that are none", ReducedWith("--set reduced.strains=seven"),
+       "paper.toml: reduced.strains: \"seven\": must be one of \"bending\""},
+      {"no segments", ReducedWith("--set reduced.segments=0"),
+       "paper.toml: reduced.segments: 0: must be a whole number in [1, 1000]"},
+      {"segment of zero length", ReducedWith("--set 'reduced.segment_ends=[0.1, 0.1, 0.42]'"),
+       "segment_ends = 0.1 m: a segment of 0 m, must be longer than"},
+      {"segments beyond the arm", ReducedWith("--set 'reduced.segment_ends=[0.1, 0.5]'"),
+       "segment_ends: the last one = 0.5 m, must be the arm's length 0.42 m"},
+      {"more strains than elements", ReducedWith("--set reduced.segments=41"),
+       "paper.toml: reduced.arms.arm: 164 strain coordinates; the plant's 40 elements"},
+      {"more mantle coordinates than fit", ReducedWith("--set reduced.modes=8"),
+       "paper.toml: reduced.modes = 8, 1 static shapes and 1 snapshots: 10 coordinates, must be in "
+       "[1, 8]"},
+      {"mantle coordinates out of bound",
+       "run --model reduced " + Scene("mantle_swim") +
+           " --out out --set mantle.elements=4 --set mantle.grading=1 --set reduced.modes=20",
+       "reduced.modes: 20: must be a whole number in [0, 8]"},
+      {"static shape beyond the collapse", ReducedWith("--set 'reduced.static_pressures=[600]'"),
+       "static_pressures = 600 Pa: no stable equilibrium"},
+      {"unknown key of the reduction", ReducedWith("--set reduced.segment=3"),
+       "reduced.segment: unknown key, did you mean \"segments\"?"},
+      {"motor without a cable",
+       ReducedWith("--set 'reduced.actuators=[{drives = [{cable = \"arm.left\"}]}]'"),
+       "reduced.actuators[0].drives[0].cable: \"arm.left\": must be one of: none in this scene"},
+      {"reduced step", ReducedWith("--set reduced.step=0"), "reduced.step: 0 s: must be > 0"},
+      {"checkpoints of the reduced model", ReducedWith("--checkpoint-every 1"),
+       "--model reduced: has no checkpoints"},
+      {"frozen coupling, reduced", "compare " + Scene("paper_frozen") + " --out out",
+       "paper_frozen.toml: robot.coupling = \"frozen\": the reduced model has exact coupling only"},
+      {"compare of statics", "compare " + Scene("elastica") + " --out out",
+       "time: table is missing: `mantle compare` needs [time]"},
       {"check of a wrong scene", "check " + Scene("paper") + " --set water.density=-1",
        "water.density: -1 kg/m^3: must be > 0"},
   };

@@ -14,17 +14,6 @@ const char* const kShort =
     "'arms.arm.distributed.bend_z.schedule.off=[0.23]' "
     "--set mantle.elements=16 --set arms.arm.elements=6";
 
-std::vector<std::vector<std::string>> ReadCsv(const std::filesystem::path& path) {
-  std::istringstream in(ReadFile(path));
-  std::vector<std::vector<std::string>> rows;
-  for (std::string line; std::getline(in, line);) {
-    rows.emplace_back();
-    std::istringstream cells(line);
-    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
-  }
-  return rows;
-}
-
 nlohmann::json WithoutWallTime(nlohmann::json summary) {
   summary.erase("wall_time_s");
   summary.erase("realtime_factor");

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 /// Runs the built program `mantle` and reads what it wrote.
 
@@ -55,6 +56,18 @@ inline Outcome Mantle(const std::filesystem::path& folder, const std::string& ar
 
 inline nlohmann::json ReadJson(const std::filesystem::path& path) {
   return nlohmann::json::parse(ReadFile(path));
+}
+
+/// Rows of cells, the titles first.
+inline std::vector<std::vector<std::string>> ReadCsv(const std::filesystem::path& path) {
+  std::istringstream in(ReadFile(path));
+  std::vector<std::vector<std::string>> rows;
+  for (std::string line; std::getline(in, line);) {
+    rows.emplace_back();
+    std::istringstream cells(line);
+    for (std::string cell; std::getline(cells, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
 }
 
 inline std::string Scene(const std::string& name) {

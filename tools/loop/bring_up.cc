@@ -9,8 +9,9 @@
 
 /// Before t = 0: boot, configuration, enabling, and the end of every cable's slack. The slack is
 /// found as a commissioning tool would find it, from what the drives report: haul until the torque
-/// says the cable pulls, pay out a little, creep back. Where the creeping torque says a tension T,
-/// the slack ended T / K before.
+/// says that the cable pulls. Where a reel at x, sliding at v, says a tension T, the slack ended at
+/// x - (T - D v) / K; the mean over some reports is taken. Then the reel goes to where the cable
+/// pulls with the pretension.
 
 namespace mantle::loop {
 
@@ -26,13 +27,15 @@ constexpr std::int64_t kTick_us = 1000;
 constexpr std::int64_t kEnableLimit_us = 5'000'000;
 constexpr std::int64_t kSlackLimit_us = 30'000'000;
 
-constexpr double kHaulRate_m_s = 0.02;
-constexpr double kBackOffRate_m_s = 0.005;
-constexpr double kBackOff_m = 5e-4;
-constexpr double kFastestCreep_m_s = 1e-3;
-/// Hauling, tension is believed from here on: well above what starting the motor takes.
-constexpr double kContact_n = 0.08;
-constexpr int kCyclesToStart = 10;
+// Hauling, the tension rises by so much per period, at speeds where the reel slides smoothly.
+constexpr double kRisePerPeriod_n = 0.05;
+constexpr double kSlowestHaul_m_s = 0.002, kFastestHaul_m_s = 0.01;
+/// Tension is believed above this, where the reel runs steadily again after the slack ended.
+constexpr double kContact_n = 0.15;
+constexpr int kReports = 8;
+// What starting takes, and settling at the pretension.
+constexpr std::int64_t kStart_us = 150'000;
+constexpr std::int64_t kSettle_us = 300'000;
 
 }  // namespace
 
@@ -94,59 +97,57 @@ StepStatus Vehicle::Enable() {
 }
 
 StepStatus Vehicle::TakeUpSlack() {
-  enum class Phase { kHaul, kBackOff, kCreep, kDone };
-  struct Progress {
-    Phase phase{Phase::kHaul};
-    int cycles{0};  ///< in the phase
-    std::int32_t target_counts{0};
+  struct Search {
+    int reports{0};
+    double sum_counts{0};
+    double last_rate_m_s{0};
   };
-  std::vector<Progress> progress(reels_.size());
-  const double creep_m_s = std::min(
-      kFastestCreep_m_s, drive_options_.pretension_n /
-                             (2.0 * drive_options_.cable_stiffness_n_m * drive_options_.period_s));
-  const auto counts = [&](double metres) {
-    return static_cast<std::int32_t>(std::lround(metres / winch_map_.metres_per_count));
-  };
-  const auto back_off_counts = counts(kBackOff_m);
+  std::vector<Search> searches(reels_.size());
+  const double stiffness_n_m = drive_options_.cable_stiffness_n_m;
+  const double haul_m_s = std::clamp(kRisePerPeriod_n / (stiffness_n_m * drive_options_.period_s),
+                                     kSlowestHaul_m_s, kFastestHaul_m_s);
+  const auto counts = [&](double metres) { return metres / winch_map_.metres_per_count; };
   master_->SetMode(OperationMode::kCyclicVelocity);
-  const std::int64_t limit_us = now_us_ + kSlackLimit_us;
+  const std::int64_t start_us = now_us_;
   for (bool done = false; !done;) {
     done = true;
-    for (std::size_t i = 0; i < reels_.size(); ++i) {
-      Progress& p = progress[i];
-      const DriveReport& r = report(static_cast<int>(i));
-      const double tension_n = TorqueToTension(winch_map_, r.torque_permille, 1.0);
-      const auto enter = [&](Phase phase) {
-        p.phase = phase;
-        p.cycles = 0;
-      };
-      ++p.cycles;
-      if (p.phase == Phase::kHaul && p.cycles > kCyclesToStart && tension_n > kContact_n) {
-        p.target_counts = r.position_counts -
-                          counts(tension_n / drive_options_.cable_stiffness_n_m) - back_off_counts;
-        enter(Phase::kBackOff);
-      } else if (p.phase == Phase::kBackOff && r.position_counts < p.target_counts) {
-        enter(Phase::kCreep);
-      } else if (p.phase == Phase::kCreep && p.cycles > kCyclesToStart &&
-                 tension_n >= drive_options_.pretension_n) {
-        zero_counts_[i] =
-            r.position_counts + 0.5 -
-            tension_n / drive_options_.cable_stiffness_n_m / winch_map_.metres_per_count;
-        enter(Phase::kDone);
+    for (int i = 0; i < motor_count(); ++i) {
+      Search& search = searches[i];
+      const double rate_m_s = ReportedRate_m_s(i);
+      const double acceleration = (rate_m_s - search.last_rate_m_s) / drive_options_.period_s;
+      search.last_rate_m_s = rate_m_s;
+      const double tension_n =
+          TorqueToTension(winch_map_, report(i).torque_permille, 1.0, acceleration) -
+          drive_options_.cable_damping_n_s_m * rate_m_s;
+      const bool pulls = now_us_ - start_us > kStart_us && tension_n > kContact_n;
+      if (search.reports < kReports) {
+        search.reports = pulls ? search.reports + 1 : 0;
+        search.sum_counts = pulls ? search.sum_counts + report(i).position_counts + 0.5 -
+                                        counts(tension_n / stiffness_n_m)
+                                  : 0.0;
       }
-      double rate_m_s = 0.0;
-      if (p.phase == Phase::kHaul) rate_m_s = kHaulRate_m_s;
-      if (p.phase == Phase::kBackOff) rate_m_s = -kBackOffRate_m_s;
-      if (p.phase == Phase::kCreep) rate_m_s = creep_m_s;
-      master_->SetTarget(i, {.velocity_counts_s = counts(rate_m_s)});
-      done = done && p.phase == Phase::kDone;
+      const bool found = search.reports == kReports;
+      master_->SetTarget(
+          i, {.velocity_counts_s =
+                  found ? 0 : static_cast<std::int32_t>(std::lround(counts(haul_m_s)))});
+      done = done && found;
     }
     RunDrives(period_us_, true);
     if (StepStatus status = CheckDrives("taking up slack"); !status.ok) return status;
-    if (now_us_ > limit_us) {
+    if (now_us_ - start_us > kSlackLimit_us) {
       return {false, fmt::format("no end of the slack within {} s:\n{}", kSlackLimit_us / 1'000'000,
                                  Describe(*master_))};
     }
+  }
+  master_->SetMode(OperationMode::kCyclicPosition);
+  const double stretch_m = drive_options_.pretension_n / stiffness_n_m;
+  for (std::size_t i = 0; i < reels_.size(); ++i) {
+    zero_counts_[i] = searches[i].sum_counts / kReports;
+    const double target = zero_counts_[i] + counts(stretch_m) - 0.5;
+    master_->SetTarget(i, {.position_counts = static_cast<std::int32_t>(std::lround(target))});
+  }
+  for (const std::int64_t end_us = now_us_ + kSettle_us; now_us_ < end_us;) {
+    RunDrives(period_us_, true);
   }
   // From here on the torque is commanded; stiction holds the pretension.
   master_->SetMode(OperationMode::kCyclicTorque);
@@ -154,7 +155,9 @@ StepStatus Vehicle::TakeUpSlack() {
   for (std::size_t i = 0; i < reels_.size(); ++i) {
     master_->SetTarget(i, {.torque_permille = static_cast<std::int16_t>(std::lround(hold))});
   }
-  for (int k = 0; k < kCyclesToStart; ++k) RunDrives(period_us_, true);
+  for (const std::int64_t end_us = now_us_ + kSettle_us; now_us_ < end_us;) {
+    RunDrives(period_us_, true);
+  }
   return CheckDrives("holding the pretension");
 }
 

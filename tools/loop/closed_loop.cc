@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 
 #include "firmware_sim/bus_load.h"
 
@@ -54,6 +53,11 @@ model::ControlOptions ControlOf(const model::Scene& scene, const ClosedLoopOptio
   return control;
 }
 
+// Share of the wire.
+double Load(std::uint64_t bits, double time_s) {
+  return static_cast<double>(bits) / (time_s * static_cast<double>(firmware_sim::kBitRate));
+}
+
 VehicleOptions VehicleOf(const ClosedLoopOptions& options) {
   VehicleOptions v;
   v.real_time = options.real_time;
@@ -98,23 +102,27 @@ ClosedLoop::ClosedLoop(const model::Scene& scene, const ClosedLoopOptions& optio
       model_(scene.robot, scene.reduction),
       step_{scene.reduction.scheme, std::max(scene.reduction.tolerance, kStepTolerance)},
       reference_(control_.goal, scene_.robot),
-      cost_(model_, control_, reference_),
       controller_(controller::MakeController({model_, step_, control_, reference_})),
       projection_(model_),
       sensors_(model_, scene.sensors),
       estimator_(model_, step_, control_.estimator),
       bias_(model_, step_, control_.estimator, control_.motors),
-      history_(control_.gait.period_s + 1.0),
       vehicle_(plant_, scene.run, scene.reduction.actuators, DrivesOf(scene, options),
                VehicleOf(options)),
+      account_(model_, control_, reference_, plant_),
       truth_(InitialState(model_)) {
   const int motors = model_.input_count();
   command_.setZero(motors);
   for (int i = 0; i < motors; ++i) command_(i) = control_.motors[i].min_tension_n;
   before_ = command_;
   tension_ = pulled_ = VectorX::Zero(motors);
-  residual_.setZero(cost_.rows());
   torques_.resize(motors);
+  for (int i = 0; i < motors; ++i) {
+    tension_loops_.emplace_back(
+        vehicle_.winch_map(),
+        controller::TensionLoopOptions{scene_.drives.period_s, scene_.drives.cable_stiffness_n_m,
+                                       scene_.drives.cable_damping_n_s_m});
+  }
   work_before_j_.assign(motors, 0.0);
   control_every_ = std::lround(control_.period_s / scene.drives.period_s);
 }
@@ -130,32 +138,40 @@ void ClosedLoop::Command(double t_s, const reduced::ReducedState* estimate, Loop
   asked_ = command_;
   controller::LimitTensions(control_.motors, before_, period, command_);
   result->limit_touches += ((asked_ - command_).array().abs() > kCut_n).count();
-  const controller::WinchMap& map = vehicle_.winch_map();
+  AskForTorques();
+}
+
+// The drives' torques from the wanted tensions, each cable's measured length and what its drive
+// reported.
+void ClosedLoop::AskForTorques() {
   for (int i = 0; i < vehicle_.motor_count(); ++i) {
-    const double drum = vehicle_.reel(i).gain_square * command_(i);
-    const double wanted_rate =
-        (command_(i) - before_(i)) / period / scene_.drives.cable_stiffness_n_m -
-        vehicle_.length_rate_m_s(i);
-    const double sigma = std::tanh(wanted_rate / kSlidingRate_m_s);
-    const double torque = controller::TensionToTorque(map, drum, sigma);
+    const Reel& reel = vehicle_.reel(i);
+    controller::TensionLoopInput in;
+    in.tension_n = reel.gain_square * before_(i);
+    in.tension_rate_n_s = reel.gain_square * (command_(i) - before_(i)) / scene_.drives.period_s;
+    in.length_m = sensors_.MeasureCable(vehicle_.length_m(i) - reel.rest_length_m);
+    in.length_rate_m_s = sensors_.MeasureCableRate(vehicle_.length_rate_m_s(i));
+    in.reported_m = vehicle_.ReportedReel_m(i);
+    in.reported_rate_m_s = vehicle_.ReportedRate_m_s(i);
     torques_[i].torque_permille =
-        static_cast<std::int16_t>(std::lround(std::clamp(torque, 0.0, map.max_permille)));
+        static_cast<std::int16_t>(std::lround(tension_loops_[i].Update(in)));
   }
 }
 
-model::StepStatus ClosedLoop::Turn(long cycle, LoopResult* result) {
-  const double t = static_cast<double>(cycle) * scene_.drives.period_s;
+model::StepStatus ClosedLoop::Read(double t_s) {
   if (!projection_.Project(vehicle_.state(), &truth_)) {
-    model::StepStatus status;
-    status.ok = false;
-    status.reason = "the plant's state could not be projected: an element turned too far";
-    return status;
+    return {false, "the plant's state could not be projected: an element turned too far"};
   }
-  truth_.time_s = t;
-  const auto measured = sensors_.Measure(truth_);
+  truth_.time_s = t_s;
   for (int i = 0; i < vehicle_.motor_count(); ++i) {
     tension_(i) = vehicle_.drum_tension_n(i) / vehicle_.reel(i).gain_square;
   }
+  return {};
+}
+
+void ClosedLoop::Turn(long cycle, LoopResult* result) {
+  const double t = truth_.time_s;
+  const auto measured = sensors_.Measure(truth_);
   if (cycle == 0) {
     estimator_.Start(measured ? *measured : truth_);
     bias_.Start(estimator_.state());
@@ -176,128 +192,83 @@ model::StepStatus ClosedLoop::Turn(long cycle, LoopResult* result) {
     if (const controller::Mpc* mpc = controller_->mpc()) {
       result->prepare_s.push_back(mpc->status().prepare_s);
       result->solve_s.push_back(mpc->status().solve_s);
+      result->iterations += mpc->status().iterations;
     }
   }
   Command(t, estimate, result);
-  return {};
 }
 
-// Costs and errors over the period that begins now.
-void ClosedLoop::Account(LoopResult* r) {
-  const double t = truth_.time_s, dt = scene_.drives.period_s;
-  const controller::ReferencePoint ref = reference_.At(t);
-  cost_.Evaluate(truth_, &residual_, nullptr);
-  history_.Add(t, truth_.root.position);
-  double stage = cost_.Value(residual_) + cost_.InputValue(command_, (command_ - before_) / dt);
-  double error = 0;
-  bool counts = true;
-  if (reference_.has_position()) {
-    r->error_name = "position_m";
-    error = (truth_.root.position - ref.position).norm();
-    const auto& goal = std::get<model::PathTask>(control_.goal);
-    for (std::size_t i = 0; i < goal.waypoints.size(); ++i) {
-      WaypointResult& w = r->waypoints[i];
-      if (i > 0 && !r->waypoints[i - 1].passed) break;
-      const double distance = (truth_.root.position - goal.waypoints[i]).norm();
-      if (distance < w.distance_m) {
-        w.distance_m = distance;
-        w.time_s = t;
-        w.passed = distance <= goal.tolerance_m;
-      }
-    }
-  } else if (reference_.has_tip()) {
-    r->error_name = "tip_m";
-    const int a = reference_.arm();
-    const model::Pose tip =
-        AbsolutePose(plant_, vehicle_.state(), a, plant_.rods[a].element_count());
-    error = (tip.position - ref.tip).norm();
-    counts = t >= reference_.SettledTime();
-  } else {
-    r->error_name = "mean_speed_m_s";
-    const double period = control_.gait.period_s;
-    const model::Vector3 mean = (truth_.root.position - history_.At(t - period)) / period;
-    error = (mean - ref.velocity).norm();
-    counts = t >= period;
+model::StepStatus ClosedLoop::Advance(LoopResult* result) {
+  const std::uint64_t bits_before = vehicle_.traffic().worst_bits;
+  const model::StepStatus status = vehicle_.Cycle(torques_);
+  result->bus_load_peak =
+      std::max(result->bus_load_peak,
+               Load(vehicle_.traffic().worst_bits - bits_before, scene_.drives.period_s));
+  for (int i = 0; i < vehicle_.motor_count(); ++i) {
+    const double work = vehicle_.winch(i).cable_work_j;
+    result->cable_work_j += std::max(work - work_before_j_[i], 0.0);
+    work_before_j_[i] = work;
   }
-  if (cost_.has_mean_velocity()) {
-    const double period = control_.gait.period_s;
-    const model::Vector3 mean = (truth_.root.position - history_.At(t - period)) / period;
-    stage += control_.cost.mean_velocity * (mean - ref.velocity).squaredNorm();
-  }
-  r->cost += dt * stage;
-  r->final_error = error;
-  if (counts) {
-    r->mean_error += dt * error;
-    error_time_s_ += dt;
-    r->max_error = std::max(r->max_error, error);
-  }
-  r->effort_n2_s += dt * command_.squaredNorm();
-  squared_error_ += (tension_ - before_).squaredNorm();
-  travelled_m_ += (truth_.root.position - position_before_).norm();
-  position_before_ = truth_.root.position;
+  return status;
+}
+
+LoopStep ClosedLoop::StepNow(bool planned, double error, const LoopResult& result) const {
+  return {truth_.time_s, planned,      truth_,   estimator_.state(), command_,    torques_,
+          tension_,      bias_.bias(), vehicle_, controller_->mpc(), result.cost, error};
 }
 
 LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer) {
   LoopResult r;
   const auto begin = std::chrono::steady_clock::now();
-  if (const auto* goal = std::get_if<model::PathTask>(&control_.goal)) {
-    r.waypoints.assign(goal->waypoints.size(),
-                       {std::numeric_limits<double>::infinity(), 0.0, false});
-  }
-  const int motors = vehicle_.motor_count();
-  r.bus_load = 0;
   model::StepStatus status = vehicle_.BringUp();
-  history_.Reset(0.0, scene_.robot.root_pose.position);
-  position_before_ = scene_.robot.root_pose.position;
-  const long cycles = std::lround(scene_.run.duration_s / scene_.drives.period_s);
-  long cycle = 0;
-  for (int i = 0; status.ok && i < motors; ++i) work_before_j_[i] = vehicle_.winch(i).cable_work_j;
-  for (; status.ok && cycle < cycles; ++cycle) {
-    status = Turn(cycle, &r);
-    if (!status.ok) break;
-    Account(&r);
-    if (observer) {
-      const LoopStep step{truth_.time_s,
-                          cycle % control_every_ == 0,
-                          truth_,
-                          estimator_.state(),
-                          command_,
-                          tension_,
-                          bias_.bias(),
-                          vehicle_,
-                          controller_->mpc(),
-                          r.cost};
-      if (!observer(step)) break;
-    }
-    status = vehicle_.Cycle(torques_);
-    for (int i = 0; i < motors; ++i) {
-      const double work = vehicle_.winch(i).cable_work_j;
-      r.cable_work_j += std::max(work - work_before_j_[i], 0.0);
-      work_before_j_[i] = work;
-    }
+  const bool up = status.ok;
+  const BusTraffic before = vehicle_.traffic();
+  account_.Start(scene_.robot.root_pose.position, &r);
+  for (int i = 0; i < vehicle_.motor_count(); ++i) {
+    work_before_j_[i] = vehicle_.winch(i).cable_work_j;
   }
+  const double period = scene_.drives.period_s;
+  const long cycles = std::lround(scene_.run.duration_s / period);
+  for (bool go = true; go && status.ok && r.cycles <= cycles;) {
+    const long cycle = r.cycles;
+    status = Read(static_cast<double>(cycle) * period);
+    if (!status.ok) break;
+    const bool at_end = cycle == cycles;
+    if (!at_end) Turn(cycle, &r);
+    const double error = account_.Look(truth_, vehicle_.state(), &r);
+    const bool planned = !at_end && cycle % control_every_ == 0;
+    if (observer) go = observer(StepNow(planned, error, r));
+    if (at_end || !go) break;
+    account_.Add(truth_, period, command_, before_, tension_, &r);
+    status = Advance(&r);
+    if (status.ok) ++r.cycles;
+  }
+  r.traffic = {vehicle_.traffic().frames - before.frames, vehicle_.traffic().bits - before.bits,
+               vehicle_.traffic().worst_bits - before.worst_bits};
   r.ok = status.ok;
   r.reason = status.reason;
-  r.cycles = cycle;
-  r.time_s = static_cast<double>(cycle) * scene_.drives.period_s;
-  if (error_time_s_ > 0) r.mean_error /= error_time_s_;
-  if (cycle > 0) {
-    r.tension_error_n =
-        std::sqrt(squared_error_ / static_cast<double>(cycle) / static_cast<double>(motors));
-    r.mean_speed_m_s = travelled_m_ / r.time_s;
-  }
-  if (const controller::Mpc* mpc = controller_->mpc()) r.counters = mpc->counters();
-  r.late_cycles = vehicle_.pacer().late_turns();
-  if (status.ok) {
-    r.last = vehicle_.Observe();
-    const model::StepStatus stopped = vehicle_.Stop();
-    if (!stopped.ok) {
-      r.ok = false;
-      r.reason = stopped.reason;
-    }
+  Conclude(&r);
+  // Also where the plant could not go on: the drives may.
+  if (up) status = vehicle_.Stop();
+  if (r.ok && !status.ok) {
+    r.ok = false;
+    r.reason = status.reason;
   }
   r.wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return r;
+}
+
+// Figures of the run, before the drives are taken down.
+void ClosedLoop::Conclude(LoopResult* r) {
+  r->time_s = static_cast<double>(r->cycles) * scene_.drives.period_s;
+  account_.Conclude(r);
+  if (r->cycles > 0) r->bus_load = Load(r->traffic.worst_bits, r->time_s);
+  for (int i = 0; i < vehicle_.motor_count(); ++i) r->late_pdos += vehicle_.report(i).tpdo1_late;
+  if (const controller::Mpc* mpc = controller_->mpc()) r->counters = mpc->counters();
+  r->late_cycles = vehicle_.pacer().late_turns();
+  r->worst_lateness_s = 1e-6 * static_cast<double>(vehicle_.pacer().worst_lateness_us());
+  r->plant = vehicle_.PlantResult();
+  r->energetic_index = r->plant.index.ratio_of_means;
 }
 
 }  // namespace mantle::loop

@@ -1,5 +1,6 @@
 #include "tools/loop/drive_rack.h"
 
+#include <algorithm>
 #include <array>
 
 namespace mantle::loop {
@@ -31,6 +32,11 @@ void DriveRack::Pump(std::int64_t now_us) {
 
 void DriveRack::AdvanceTo(std::int64_t now_us) {
   for (Drive& drive : drives_) drive.AdvanceTo(now_us);
+}
+
+bool DriveRack::braked() const {
+  return std::all_of(drives_.begin(), drives_.end(),
+                     [](const Drive& drive) { return drive.brake_closed(); });
 }
 
 }  // namespace mantle::loop

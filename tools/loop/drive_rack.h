@@ -22,6 +22,9 @@ class DriveRack {
   /// Runs the drives' clocks and motors up to `now_us`.
   void AdvanceTo(std::int64_t now_us);
 
+  /// Every drive has let go and closed its brake.
+  bool braked() const;
+
   int size() const { return static_cast<int>(drives_.size()); }
   firmware_sim::Drive& operator[](int i) { return drives_[i]; }
   const firmware_sim::Drive& operator[](int i) const { return drives_[i]; }

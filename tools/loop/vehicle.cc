@@ -20,7 +20,7 @@ using model::StepStatus;
 
 namespace {
 
-constexpr double kLongestCouplingPhase = 0.5;
+constexpr double kLongestCouplingPhase = 0.25;
 constexpr double kSecond_us = 1e6;
 // A stop ramps, pays out and brakes; each step of the master has its own time-out of 2 s.
 constexpr std::int64_t kStopLimit_us = 8'000'000;
@@ -67,8 +67,11 @@ controller::WinchMap SimulatedWinch() {
 
 int CouplingSteps(const model::DriveOptions& options) {
   const double frequency = std::sqrt(options.cable_stiffness_n_m / SimulatedWinch().mass_kg());
-  return std::max(
-      1, static_cast<int>(std::ceil(frequency * options.period_s / kLongestCouplingPhase)));
+  const std::int64_t sub_steps = Period_us(options) / firmware_sim::kSubStep_us;
+  auto steps =
+      static_cast<std::int64_t>(std::ceil(frequency * options.period_s / kLongestCouplingPhase));
+  for (steps = std::clamp<std::int64_t>(steps, 1, sub_steps); sub_steps % steps != 0;) ++steps;
+  return static_cast<int>(steps);
 }
 
 model::RunSettings Vehicle::RunWithReels(model::RunSettings run) {
@@ -87,12 +90,18 @@ Vehicle::Vehicle(const model::Plant& plant, const model::RunSettings& run,
       drive_options_(Checked(drives)),
       winch_map_(SimulatedWinch()),
       period_us_(Period_us(drives)),
-      coupling_steps_(options.coupling_steps > 0 ? options.coupling_steps : CouplingSteps(drives)),
+      coupling_steps_(options.coupling_steps != 0 ? options.coupling_steps : CouplingSteps(drives)),
       simulation_(plant, RunWithReels(run)),
       pacer_(period_us_) {
   if (motors.empty() || motors.size() > firmware_sim::kMaxDrives) {
     throw std::invalid_argument(fmt::format("a vehicle has 1 to {} motors, not {}",
                                             firmware_sim::kMaxDrives, motors.size()));
+  }
+  if (coupling_steps_ < 1 || period_us_ % (firmware_sim::kSubStep_us * coupling_steps_) != 0) {
+    throw std::invalid_argument(fmt::format(
+        "coupling steps per period are {}, must divide the period of {} us into steps of whole {} "
+        "us",
+        coupling_steps_, period_us_, firmware_sim::kSubStep_us));
   }
   std::vector<Reel> reels;
   std::set<int> driven;
@@ -147,6 +156,8 @@ void Vehicle::OpenBuses(const std::string& spec) {
     master_bus_ = master_link_.get();
     drive_bus_ = drive_link_.get();
   }
+  meter_ = std::make_unique<MeteredBus>(*master_bus_);
+  master_bus_ = meter_.get();
   if (options_.record != nullptr) {
     recorder_ = std::make_unique<firmware_sim::RecordingBus>(*master_bus_, *options_.record);
     master_bus_ = recorder_.get();
@@ -282,7 +293,7 @@ double Vehicle::ReportedRate_m_s(int i) const {
 StepStatus Vehicle::Stop() {
   RequestStop();
   std::vector<MotorCommand> none(reels_.size());
-  for (const std::int64_t end_us = now_us_ + kStopLimit_us; !stopped();) {
+  for (const std::int64_t end_us = now_us_ + kStopLimit_us; !(stopped() && rack_->braked());) {
     if (now_us_ >= end_us) return {false, "drives did not stop:\n" + Describe(*master_)};
     if (StepStatus status = Cycle(none); !status.ok) return status;
   }

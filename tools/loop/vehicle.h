@@ -15,6 +15,7 @@
 #include "model/simulation.h"
 #include "tools/loop/drive_rack.h"
 #include "tools/loop/lock_step_bus.h"
+#include "tools/loop/metered_bus.h"
 #include "tools/loop/pacer.h"
 #include "tools/loop/reel.h"
 
@@ -50,7 +51,8 @@ struct VehicleOptions {
 };
 
 /// Coupling steps per period that keep drum and cable resolved: the drum's mass on a cable of this
-/// stiffness turns by at most half a radian per step (docs/vehicle.md has the measurement).
+/// stiffness turns by at most a quarter of a radian per step (docs/vehicle.md has the measurement).
+/// A step is a whole number of the drives' sub-steps.
 int CouplingSteps(const model::DriveOptions& options);
 
 /// The figures of the simulated drive (firmware_sim/motor_data.h).
@@ -90,7 +92,8 @@ class Vehicle {
   /// commands without effect.
   void RequestStop() { master_->Stop(now_us_); }
   bool stopped() const { return master_->stopped(); }
-  /// RequestStop and cycles until stopped. The reason of a failure names the drive.
+  /// RequestStop and cycles until every drive is stopped and its cable let go. The reason of a
+  /// failure names the drive.
   model::StepStatus Stop();
 
   /// One period in which the master says nothing, as if its program had died: no RPDO, no SYNC, no
@@ -104,6 +107,8 @@ class Vehicle {
 
   const model::PlantState& state() const { return simulation_.state(); }
   model::Sample Observe() { return simulation_.Observe(); }
+  /// Works, balance and indices of the plant so far.
+  model::RunResult PlantResult() { return simulation_.Result(); }
   const model::Simulation& simulation() const { return simulation_; }
 
   const firmware_sim::DriveReport& report(int i) const { return master_->drive(i); }
@@ -122,6 +127,7 @@ class Vehicle {
 
   const controller::WinchMap& winch_map() const { return winch_map_; }
   firmware_sim::BusCounters bus_counters() const { return master_bus_->counters(); }
+  const BusTraffic& traffic() const { return meter_->traffic(); }
   const firmware_sim::MasterCounters& master_counters() const { return master_->counters(); }
   const Pacer& pacer() const { return pacer_; }
 
@@ -156,6 +162,7 @@ class Vehicle {
   std::unique_ptr<firmware_sim::LoopMedium> medium_;
   std::unique_ptr<firmware_sim::Bus> master_station_, drive_station_;
   std::unique_ptr<LockStepBus> master_link_, drive_link_;
+  std::unique_ptr<MeteredBus> meter_;
   std::unique_ptr<firmware_sim::RecordingBus> recorder_;
   firmware_sim::Bus* master_bus_{nullptr};  ///< outermost
   firmware_sim::Bus* drive_bus_{nullptr};

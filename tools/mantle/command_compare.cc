@@ -56,23 +56,31 @@ int Compare(const SceneOptions& options) {
   // An output interval shorter than the plant's step would sample each at its own steps.
   scene.run.step_s = std::min(scene.run.step_s, 0.5 * scene.run.output_interval_s);
   const auto small = BuildReduced(options, scene);
+  reduced::ReducedSimulation fast = BuildSimulation(options, scene, *small);
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
   RemoveOldResults(folder, {"summary.json", "full.csv", "reduced.csv"});
   CatchInterrupts();
-  reduced::ReducedSimulation fast(*small, reduced::RunSettingsOf(scene.run, scene.reduction));
   const Recorded quick = Record(&fast, scene.run.duration_s);
   auto plant = InScene(
       options, [&] { return std::make_unique<model::Simulation>(small->plant, scene.run); });
   const Recorded full = Record(plant.get(), scene.run.duration_s);
 
+  const bool complete = full.result.ok && quick.result.ok && !Interrupted();
+  const std::string reason = complete         ? ""
+                             : Interrupted()  ? "interrupted"
+                             : full.result.ok ? "reduced model: " + quick.result.reason
+                                              : "full model: " + full.result.reason;
+  const auto finish = [&](OutputFile* file) { complete ? file->Publish() : file->Flush(); };
   for (const auto& [name, run] : {std::pair{"full.csv", &full}, std::pair{"reduced.csv", &quick}}) {
     OutputFile file(folder, name, TrajectoryTitles(small->plant));
     for (const model::Sample& s : run->samples) file.Write(TrajectoryRow(small->plant, s));
-    file.Publish();
+    finish(&file);
   }
   Json summary;
   summary["scene"] = scene.name;
+  summary["complete"] = complete;
+  summary["reason"] = reason;
   summary["sim_time_s"] = std::min(full.result.sim_time_s, quick.result.sim_time_s);
   summary["body_length_m"] = small->plant.body_length_m;
   summary.update(ReducedErrors(small->plant, full.samples, quick.samples));
@@ -86,10 +94,11 @@ int Compare(const SceneOptions& options) {
   summary["reduced"]["rejected_steps"] = quick.result.counters.rejected;
   summary["reduced"]["ok"] = quick.result.ok;
   summary["reduced"]["reason"] = quick.result.reason;
-  WriteWhole(folder, "summary.json", summary.dump(2) + "\n");
+  OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
+  finish(&file);
   if (options.json) {
     fmt::print("{}\n", summary.dump(2));
-  } else {
+  } else if (complete) {
     fmt::print("{}: reduced model with {} states against the full one with {}\n", scene.name,
                2 * small->velocity_count(), 2 * small->plant.velocity_size());
     for (const auto& [key, value] : summary.items()) {
@@ -99,11 +108,9 @@ int Compare(const SceneOptions& options) {
     fmt::print("  results in {}\n", folder.string());
   }
   std::fflush(stdout);
-  if (full.result.ok && quick.result.ok && !Interrupted()) return 0;
-  fmt::print(stderr, "mantle: {}: {}\n", scene.name,
-             Interrupted()    ? "interrupted"
-             : full.result.ok ? "reduced model: " + quick.result.reason
-                              : "full model: " + full.result.reason);
+  if (complete) return 0;
+  fmt::print(stderr, "mantle: {}: {}; partial results in {}\n", scene.name, reason,
+             folder.string());
   return kExitCannotContinue;
 }
 

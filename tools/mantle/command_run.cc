@@ -6,7 +6,10 @@
 #include <limits>
 #include <memory>
 
+#include "firmware_sim/open_bus.h"
+#include "tools/mantle/control_run.h"
 #include "tools/mantle/interrupt.h"
+#include "tools/mantle/lcm_bridge.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/reduced_run.h"
@@ -20,16 +23,22 @@ namespace {
 
 constexpr double kSameTime_s = 1e-9;
 constexpr const char* kHelp =
-    "Run a scene in time and write summary.json and trajectory.csv (docs/outputs.md).\n\n"
+    "Run a scene in time and write summary.json and trajectory.csv (docs/outputs.md). A scene with "
+    "a "
+    "table\n[control] runs in closed loop, through simulated drives on a CAN bus, and leaves its "
+    "telemetry\n(docs/control.md).\n\n"
     "  mantle run scenes/paper.toml --out results\n"
     "  mantle run scenes/paper.toml --set time.step=0.002 --set time.integrator=sdirk3\n"
     "  mantle run scenes/paper.toml --json | python3 -m json.tool\n"
     "  mantle run scenes/paper.toml --model reduced\n"
     "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
-    "  mantle run scenes/paper.toml --out r --resume r/checkpoint\n\n"
+    "  mantle run scenes/paper.toml --out r --resume r/checkpoint\n"
+    "  mantle run scenes/steer.toml --out results                   # closed loop\n"
+    "  mantle run scenes/steer.toml --realtime --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
+    "  mantle run scenes/steer.toml --bus can:vcan0 --record bus.log\n\n"
     "Exit status 0: done. 2: bad input, nothing written. 3: the run could not go on; what it "
     "reached\n"
-    "is in summary.json.partial and trajectory.csv.partial.";
+    "is in *.partial.";
 
 struct RunOptions {
   SceneOptions scene;
@@ -37,6 +46,12 @@ struct RunOptions {
   double stop_at_s{std::numeric_limits<double>::infinity()};
   std::string resume;
   std::string model{"full"};
+  bool open_loop{false};
+  ControlRunOptions control;
+
+  bool has_checkpoints() const {
+    return std::isfinite(checkpoint_every_s) || std::isfinite(stop_at_s) || !resume.empty();
+  }
 };
 
 double Seconds(std::chrono::steady_clock::duration d) {
@@ -91,7 +106,7 @@ class RunJob {
     const std::string before = Resume();
     const double start_s = simulation_->time_s();
     PrepareFolder(folder_);
-    RemoveOldResults(folder_, {"summary.json", "trajectory.csv"});
+    RemoveOldResults(folder_, kRunResults);
     trajectory_ = std::make_unique<OutputFile>(folder_, "trajectory.csv",
                                                before.empty() ? TrajectoryTitles(plant_) : before);
     next_checkpoint_s_ = NextCheckpoint(start_s);
@@ -196,6 +211,46 @@ class RunJob {
   }
 };
 
+int Execute(const RunOptions& options) {
+  const bool reduced = options.model == "reduced";
+  const bool closed = !reduced && !options.open_loop && options.scene.Load().control.has_value();
+  if (const char* given = options.control.FirstGiven(); given != nullptr && !closed) {
+    throw BadInput(fmt::format("{}: is for a closed loop, must be with {}", given,
+                               reduced             ? "--model full"
+                               : options.open_loop ? "--open-loop left out"
+                                                   : "a scene that has a table [control]"));
+  }
+  if ((closed || reduced) && options.has_checkpoints()) {
+    throw BadInput(reduced ? "--model reduced: has no checkpoints"
+                           : "a closed loop has no checkpoints: --checkpoint-every, --resume and "
+                             "--stop-at need --open-loop");
+  }
+  if (closed) return RunControlScene(options.scene, options.control);
+  return reduced ? RunReducedScene(options.scene) : RunJob(options).Execute();
+}
+
+void AddControlOptions(CLI::App* command, ControlRunOptions* options) {
+  const char* group = "Closed loop";
+  command->add_option("--controller", options->controller, "Instead of the scene's")
+      ->check(CLI::IsMember({"mpc", "gait", "pursuit", "pid", "lqr"}))
+      ->group(group);
+  command
+      ->add_option("--bus", options->bus,
+                   "Instead of the scene's: " + std::string(firmware_sim::kBusSpecHelp))
+      ->type_name("SPEC")
+      ->group(group);
+  command
+      ->add_flag("--realtime", options->real_time,
+                 "Paced by the wall clock, the solver stopped at its deadline")
+      ->group(group);
+  command->add_option("--lcm", options->lcm_url, std::string("Publish there: ") + kLcmUrlHelp)
+      ->type_name("URL")
+      ->group(group);
+  command->add_option("--record", options->record, "Write the bus's frames as a candump log")
+      ->type_name("FILE")
+      ->group(group);
+}
+
 }  // namespace
 
 void AddRunCommand(CLI::App& app, int& exit_status) {
@@ -219,17 +274,10 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
       ->add_option("--model", options.model,
                    "full: the plant; reduced: the reduced model of the scene's table [reduced]")
       ->check(CLI::IsMember({"full", "reduced"}));
-  command->callback([&exit_status] {
-    if (options.model == "full") {
-      exit_status = RunJob(options).Execute();
-      return;
-    }
-    if (std::isfinite(options.checkpoint_every_s) || std::isfinite(options.stop_at_s) ||
-        !options.resume.empty()) {
-      throw BadInput("--model reduced: has no checkpoints");
-    }
-    exit_status = RunReducedScene(options.scene);
-  });
+  command->add_flag("--open-loop", options.open_loop,
+                    "The plant alone, under the schedules of the scene, in spite of its [control]");
+  AddControlOptions(command, &options.control);
+  command->callback([&exit_status] { exit_status = Execute(options); });
 }
 
 }  // namespace mantle::tools

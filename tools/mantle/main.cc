@@ -4,13 +4,15 @@
 #include "model/rod.h"
 #include "model/toml_document.h"
 #include "tools/mantle/commands.h"
+#include "tools/mantle/process.h"
 
 int main(int argc, char** argv) {
   using namespace mantle::tools;
+  UseOneBlasThread();
   CLI::App app{
       "Mantle: soft underwater vehicles, from the full model to motors on a bus.\n\n"
       "Start with:  mantle check scenes/paper.toml\n"
-      "             mantle run scenes/paper.toml --out results"};
+      "             mantle run scenes/steer.toml --out results"};
   app.name("mantle");
   app.require_subcommand(1);
   app.set_version_flag("--version", MANTLE_VERSION);

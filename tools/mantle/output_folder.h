@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <string>
 #include <string_view>
 
@@ -40,6 +41,10 @@ class OutputFile {
 /// Creates the folder (and its parents) where missing and proves that files can be written there.
 /// Throws BadInput.
 void PrepareFolder(const std::filesystem::path& folder);
+
+/// What `mantle run` may leave.
+inline constexpr std::initializer_list<const char*> kRunResults = {
+    "summary.json", "trajectory.csv", "telemetry.lcmlog", "solver.csv"};
 
 /// Removes what an earlier run left under these names, so that a folder describes one run.
 void RemoveOldResults(const std::filesystem::path& folder,

@@ -18,6 +18,8 @@ namespace {
 using model::Sample;
 
 constexpr double kSameTime_s = 1e-9;
+// Peaks below these are round-off of a robot at rest; an error relative to them says nothing.
+constexpr double kNegligibleEnergy_j = 1e-18, kNegligibleSpeed_m_s = 1e-9;
 
 struct Extremes {
   double max{0}, last{0};
@@ -40,6 +42,13 @@ std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
                                                     const model::Scene& scene) {
   return InScene(options, [&] {
     return std::make_unique<reduced::ReducedModel>(scene.robot, scene.reduction);
+  });
+}
+
+reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const model::Scene& scene,
+                                           const reduced::ReducedModel& model) {
+  return InScene(options, [&] {
+    return reduced::ReducedSimulation(model, reduced::RunSettingsOf(scene.run, scene.reduction));
   });
 }
 
@@ -74,10 +83,10 @@ int RunReducedScene(const SceneOptions& options) {
                           "s");
   }
   const auto model = BuildReduced(options, scene);
-  reduced::ReducedSimulation simulation(*model, reduced::RunSettingsOf(scene.run, scene.reduction));
+  reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
-  RemoveOldResults(folder, {"summary.json", "trajectory.csv"});
+  RemoveOldResults(folder, kRunResults);
   OutputFile trajectory(folder, "trajectory.csv", TrajectoryTitles(model->plant));
   VolumeRange volume;
   CatchInterrupts();
@@ -98,8 +107,8 @@ int RunReducedScene(const SceneOptions& options) {
                              result.sim_time_s, complete, reason});
   summary["model"] = "reduced";
   summary["reduced"] = ReductionSummary(scene, *model);
-  for (const char* key :
-       {"power_balance_residual", "energy_drift", "work_j", "dissipated_j", "energetic_index"}) {
+  for (const char* key : {"power_balance_residual", "energy_drift", "work_j", "dissipated_j",
+                          "energetic_index", "factorisations", "evaluations"}) {
     if (summary.contains(key)) summary[key] = nullptr;
   }
   OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
@@ -148,8 +157,9 @@ Json ReducedErrors(const model::Plant& plant, const std::vector<Sample>& full,
     }
     tip.Add(worst / length);
     if (change > 0) volume.Add(std::abs(f.volume_m3 - r.volume_m3) / change);
-    if (peak > 0) energy.Add(std::abs(f.energies.total() - r.energies.total()) / peak);
-    if (fastest > 0) {
+    if (peak > kNegligibleEnergy_j)
+      energy.Add(std::abs(f.energies.total() - r.energies.total()) / peak);
+    if (fastest > kNegligibleSpeed_m_s) {
       speed.Add(
           (f.root.rotation * f.root_twist.tail<3>() - r.root.rotation * r.root_twist.tail<3>())
               .norm() /

@@ -17,6 +17,10 @@ namespace mantle::tools {
 std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
                                                     const model::Scene& scene);
 
+/// At the scene's start, with its settings; refusals as above.
+reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const model::Scene& scene,
+                                           const reduced::ReducedModel& model);
+
 /// Coordinates, bases, cubature and step: what decides the figures.
 Json ReductionSummary(const model::Scene& scene, const reduced::ReducedModel& model);
 

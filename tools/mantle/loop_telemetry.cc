@@ -1,0 +1,147 @@
+#include "tools/mantle/loop_telemetry.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "reduced/outputs.h"
+#include "tools/mantle/trajectory.h"
+
+namespace mantle::tools {
+namespace {
+
+Triple ToTriple(const model::Vector3& v) { return {v.x(), v.y(), v.z()}; }
+
+Quaternion ToQuaternion(const Eigen::Quaterniond& q) { return {q.w(), q.x(), q.y(), q.z()}; }
+
+Twist ToTwist(const model::Vector6& v) { return {v(0), v(1), v(2), v(3), v(4), v(5)}; }
+
+std::vector<double> ToList(const model::VectorX& v) { return {v.begin(), v.end()}; }
+
+}  // namespace
+
+std::int64_t TelemetryTime(double time_s) { return std::llround(1e6 * time_s); }
+
+StateTelemetry StateMessage(const model::Plant& plant, const model::Sample& s) {
+  StateTelemetry m;
+  m.utime = TelemetryTime(s.time_s);
+  m.root_position = ToTriple(s.root.position);
+  m.root_quaternion = ToQuaternion(s.root.rotation);
+  m.root_twist = ToTwist(s.root_twist);
+  for (std::size_t a = 0; a < plant.rods.size(); ++a) {
+    m.arm_name.push_back(plant.rods[a].name);
+    m.tip_position.push_back(ToTriple(s.tips[a].position));
+    m.tip_quaternion.push_back(ToQuaternion(s.tips[a].rotation));
+    m.tip_twist.push_back(ToTwist(s.tip_twists[a]));
+  }
+  m.centre_of_mass = ToTriple(s.centre_of_mass_m);
+  m.heading = ToTriple(s.root.rotation * model::Vector3::UnitZ());
+  m.volume = s.volume_m3;
+  m.volume_rate = s.volume_rate_m3_s;
+  m.thrust = s.thrust_n;
+  m.cable_name = CableNames(plant);
+  m.cable_length = s.cable_length_m;
+  m.cable_rate = s.cable_rate_m_s;
+  m.cable_tension = s.cable_tension_n;
+  return m;
+}
+
+ReducedStateTelemetry ReducedStateMessage(const reduced::ReducedState& state) {
+  ReducedStateTelemetry m;
+  m.utime = TelemetryTime(state.time_s);
+  m.root_position = ToTriple(state.root.position);
+  m.root_quaternion = ToQuaternion(state.root.rotation);
+  m.q = ToList(state.q);
+  m.v = ToList(state.v);
+  return m;
+}
+
+PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopStep& step,
+                          bool real_time) {
+  const controller::Plan& plan = step.mpc->plan();
+  const controller::MpcStatus& status = step.mpc->status();
+  PlanTelemetry m;
+  m.utime = TelemetryTime(step.time_s);
+  for (std::size_t k = 0; k < plan.time_s.size(); ++k) {
+    const reduced::ReducedState& state = plan.states[k];
+    m.time.push_back(plan.time_s[k] - step.time_s);
+    m.tension.push_back(ToList(plan.tensions.col(static_cast<Eigen::Index>(k))));
+    m.root_position.push_back(ToTriple(state.root.position));
+    std::vector<Triple>& tips = m.tip_position.emplace_back();
+    for (std::size_t a = 0; a < model.arms.size(); ++a) {
+      const double* q = state.q.data() + model.arm_first(static_cast<int>(a));
+      const model::Pose tip = EvaluateTip(model.arms[a], q, nullptr);
+      tips.push_back(ToTriple(state.root.position + state.root.rotation * tip.position));
+    }
+  }
+  m.cost = status.cost;
+  m.status = Words(status.outcome);
+  if (real_time) m.solve_time_us = TelemetryTime(status.prepare_s + status.solve_s);
+  return m;
+}
+
+DrivesTelemetry DrivesMessage(const std::vector<model::Actuator>& motors,
+                              const loop::LoopStep& step) {
+  DrivesTelemetry m;
+  m.utime = TelemetryTime(step.time_s);
+  for (std::size_t k = 0; k < motors.size(); ++k) {
+    const int i = static_cast<int>(k);
+    const firmware_sim::DriveReport& r = step.vehicle.report(i);
+    const loop::Reel& reel = step.vehicle.reel(i);
+    m.motor_name.push_back(motors[k].name);
+    m.node.push_back(r.node);
+    m.statusword.push_back(r.statusword);
+    m.torque_permille.push_back(r.torque_permille);
+    m.position_counts.push_back(r.position_counts);
+    m.velocity_counts_s.push_back(r.velocity_counts_s);
+    m.current_permille.push_back(r.current_permille);
+    m.temperature_celsius.push_back(r.temperature_celsius);
+    m.target_torque_permille.push_back(step.torques[k].torque_permille);
+    const double sigma = r.velocity_counts_s > 0 ? 1.0 : r.velocity_counts_s < 0 ? -1.0 : 0.0;
+    m.tension_estimate.push_back(
+        TorqueToTension(step.vehicle.winch_map(), r.torque_permille, sigma) / reel.gain_square);
+    m.reeled_length.push_back(reel.rest_length_m - step.vehicle.ReportedReel_m(i));
+  }
+  return m;
+}
+
+EnergyTelemetry EnergyMessage(const model::Sample& s, const model::EnergyAccount& energy) {
+  EnergyTelemetry m;
+  m.utime = TelemetryTime(s.time_s);
+  m.kinetic_solid = s.energies.kinetic_solid_j;
+  m.kinetic_water = s.energies.kinetic_water_j;
+  m.elastic_arms = s.energies.elastic_arms_j;
+  m.elastic_mantle = s.energies.elastic_mantle_j;
+  m.work_name = energy.names();
+  m.work = energy.work_j();
+  for (std::size_t i = 0; i < m.work.size(); ++i) {
+    const std::string& name = m.work_name[i];
+    if (name.starts_with("weight") || name.starts_with("buoyancy")) m.gravity -= m.work[i];
+  }
+  m.dissipated = energy.dissipated_j();
+  m.input_power = s.index_input_w;
+  m.output_power = s.index_output_w;
+  return m;
+}
+
+StatusTelemetry StatusMessage(const std::string& controller, const loop::LoopStep& step,
+                              long iterations) {
+  StatusTelemetry m;
+  m.utime = TelemetryTime(step.time_s);
+  m.control_mode = controller;
+  m.text = fmt::format("error {:.4g}, cost {:.4g}", step.error, step.cost);
+  if (step.mpc == nullptr) return m;
+  const controller::MpcStatus& status = step.mpc->status();
+  const controller::MpcCounters& counters = step.mpc->counters();
+  m.solver_status = Words(status.solver);
+  m.solves = static_cast<std::int64_t>(counters.solves);
+  m.iterations = iterations;
+  m.misses = static_cast<std::int64_t>(counters.deadline_misses);
+  m.fallbacks = static_cast<std::int64_t>(counters.shifted + counters.safe);
+  m.safe_decays = static_cast<std::int64_t>(counters.safe);
+  m.text += fmt::format("; {}", Words(status.outcome));
+  if (status.cause != nullptr) m.text += fmt::format(": {}", status.cause);
+  return m;
+}
+
+}  // namespace mantle::tools
