@@ -31,5 +31,7 @@ void AddBusCommand(CLI::App& app, int& exit_status);
 void AddLogCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
+/// `mantle tune`: the best parameters of the baseline controllers.
+void AddTuneCommand(CLI::App& app, int& exit_status);
 
 }  // namespace mantle::tools

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   AddDrivesCommand(app, exit_status);
   AddLogCommand(app, exit_status);
   AddStudyCommand(app, exit_status);
+  AddTuneCommand(app, exit_status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {
