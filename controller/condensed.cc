@@ -200,15 +200,18 @@ double Condensed::StageWeight(int k) const {
 }
 
 int Condensed::AveragingNode(int k, double* share) const {
-  const double at = horizon_.time_s[k] - cost_.averaging_s();
-  if (at < 0) return -1;
+  constexpr double kSameTime_s = 1e-9;
+  double at = horizon_.time_s[k] - cost_.averaging_s();
+  if (at < -kSameTime_s) return -1;
+  at = std::max(at, 0.0);
   int node = 0;
   while (horizon_.time_s[node + 1] <= at) ++node;
   *share = (at - horizon_.time_s[node]) / horizon_.step(node);
   return node;
 }
 
-void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
+void Condensed::AddInputCost(const Trajectory& t, Eigen::MatrixXd* hessian,
+                             VectorX* gradient) const {
   const double effort = options_.cost.effort, rate = options_.cost.rate;
   const int steps = horizon_.steps();
   const auto add = [&](int node_a, double by_a, int node_b, double by_b, double weight,
@@ -223,14 +226,14 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
         const int knot = horizon_.hats[node].knot[i];
         if (knot < 0) continue;
         at[count] = knot * motors_ + motor;
-        by[count++] = factor * shape_(motor, node) * horizon_.hats[node].weight[i];
+        by[count++] = factor * t.shape(motor, node) * horizon_.hats[node].weight[i];
       }
     };
     gather(node_a, by_a);
     gather(node_b, by_b);
     for (int i = 0; i < count; ++i) {
-      base_gradient_(at[i]) += 2 * weight * by[i] * value;
-      for (int j = 0; j < count; ++j) hessian_(at[i], at[j]) += 2 * weight * by[i] * by[j];
+      (*gradient)(at[i]) += 2 * weight * by[i] * value;
+      for (int j = 0; j < count; ++j) (*hessian)(at[i], at[j]) += 2 * weight * by[i] * by[j];
     }
   };
   for (int k = 1; k <= steps; ++k) {
@@ -242,7 +245,6 @@ void Condensed::AddInputCost(const Trajectory& t, double levenberg) {
       if (rate > 0) add(k, 1.0 / h, k - 1, -1.0 / h, rate * h, (u - before) / h, i);
     }
   }
-  hessian_.diagonal().array() += levenberg;
 }
 
 void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, double levenberg) {
@@ -284,7 +286,8 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
     }
   }
   if (cost_.has_mean_velocity()) AddMeanVelocity(t, history);
-  AddInputCost(t, levenberg);
+  AddInputCost(t, &hessian_, &base_gradient_);
+  hessian_.diagonal().array() += levenberg;
   BoundRows(t);
   // F_k = M_k + Y_k, M_{k-1} = (M_k + Y_k) A_{k-1}
   sensitivity_.setZero();

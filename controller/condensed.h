@@ -55,6 +55,12 @@ class Condensed : public Program {
   /// Cost of a trajectory (rolled, not linearised), as the problem sees it.
   double Cost(const Trajectory& trajectory, const PositionHistory& history);
 
+  /// Adds the cost of tensions and their rates as a function of w: exact, a quadratic.
+  void AddInputCost(const Trajectory& trajectory, Eigen::MatrixXd* hessian,
+                    VectorX* gradient) const;
+  /// Weight of node k's stage cost in the sum over the horizon [s].
+  double StageWeight(int k) const;
+
   /// Quadratic model's value at w, relative to w = 0.
   double Model(const Eigen::Ref<const VectorX>& w) const {
     return 0.5 * w.dot(hessian_ * w) + gradient_.dot(w);
@@ -112,9 +118,7 @@ class Condensed : public Program {
   double PlannedAmplitude(const Trajectory& trajectory, int knot, int motor) const;
   void ChooseRows();
   void BoundRows(const Trajectory& trajectory);
-  void AddInputCost(const Trajectory& trajectory, double levenberg);
   void AddMeanVelocity(const Trajectory& trajectory, const PositionHistory& history);
-  double StageWeight(int k) const;
   /// Node and share before t_k - T: p(t_k - T) = (1 - share) p_node + share p_{node + 1}, or -1.
   int AveragingNode(int k, double* share) const;
 

@@ -46,6 +46,16 @@ ReducedState Sensors::WithNoise(const ReducedState& truth) {
   return measured;
 }
 
+double Sensors::MeasureCable(double length_m) {
+  if (options_.cable_m == 0) return length_m;
+  return length_m + options_.cable_m * std::normal_distribution<double>()(random_);
+}
+
+double Sensors::MeasureCableRate(double rate_m_s) {
+  if (options_.cable_rate_m_s == 0) return rate_m_s;
+  return rate_m_s + options_.cable_rate_m_s * std::normal_distribution<double>()(random_);
+}
+
 std::optional<ReducedState> Sensors::Measure(const ReducedState& truth) {
   if (options_.perfect()) return truth;
   std::uniform_real_distribution<double> uniform;

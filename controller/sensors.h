@@ -23,6 +23,9 @@ class Sensors {
   /// Takes the truth at its time; gives the measurement that arrives now (stamped with the time it
   /// was taken), or none.
   std::optional<ReducedState> Measure(const ReducedState& truth);
+  /// A cable's length [m] and rate [m/s] as measured: white noise alone, every SYNC.
+  double MeasureCable(double length_m);
+  double MeasureCableRate(double rate_m_s);
 
  private:
   ReducedState WithNoise(const ReducedState& truth);

@@ -112,16 +112,16 @@ struct Gait {
   std::vector<GaitPulse> motors;  ///< one per motor
 };
 
-/// Parameters of the baselines; `mantle tune` finds them.
+/// Parameters of the baselines (controller/baselines.h); `mantle tune` finds them.
 struct BaselineGains {
   double gait_scale{1};    ///< of the gait's tensions
   double gait_period{1};   ///< of its period
   double proportional{2};  ///< pursuit, PID [N/rad; N/m for a tip]
-  double integral{0};      ///< PID [N/(rad s)]
-  double derivative{0};    ///< pursuit, PID [N s/rad]
+  double integral{0};      ///< PID [N/(rad s); N/(m s)]
+  double derivative{0};    ///< pursuit, PID [N s/rad; N s/m]
   double lookahead_s{0};   ///< along the reference
   double lqr_effort{1};    ///< effort's weight over the cost's
-  double speed_gain{0};    ///< of the gait's tensions [1/m of along-track error]
+  double speed_gain{0};    ///< of the gait's scale [1/m of along-track error; s/m of mean speed]
 };
 
 struct EstimatorOptions {
@@ -162,9 +162,10 @@ struct DriveOptions {
 struct SensorOptions {
   double position_m{0}, attitude_rad{0};
   double velocity_m_s{0}, angular_velocity_rad_s{0};
-  double strain{0}, strain_rate{0};  ///< of arms [1/m, 1/(m s)]
-  double mantle{0}, mantle_rate{0};  ///< shares of the coordinates' scale (and per second)
-  double bias{0};                    ///< standard deviation of the bias over that of the noise
+  double strain{0}, strain_rate{0};      ///< of arms [1/m, 1/(m s)]
+  double mantle{0}, mantle_rate{0};      ///< shares of the coordinates' scale (and per second)
+  double cable_m{0}, cable_rate_m_s{0};  ///< of cable lengths, for the tension loops
+  double bias{0};                        ///< standard deviation of the bias over that of the noise
   double delay_s{0};
   double loss{0};  ///< probability of a measurement not to come
   int seed{1};

@@ -265,6 +265,8 @@ SensorOptions ReadSensors(TomlReader t) {
   deviation("strain_rate", Quantity::kNumber, &s.strain_rate);
   deviation("mantle", Quantity::kNumber, &s.mantle);
   deviation("mantle_rate", Quantity::kNumber, &s.mantle_rate);
+  deviation("cable", Quantity::kLength, &s.cable_m);
+  deviation("cable_rate", Quantity::kSpeed, &s.cable_rate_m_s);
   deviation("bias", Quantity::kNumber, &s.bias);
   deviation("delay", Quantity::kTime, &s.delay_s);
   s.loss = t.Number("loss", Quantity::kNumber, Range{0, 0.99}, s.loss);

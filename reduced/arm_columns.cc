@@ -168,6 +168,17 @@ MANTLE_INLINE void MakeColumnsOf(int c, const double* e, const double* e1, const
 }
 
 template <int C>
+MANTLE_INLINE void AddFormOf(int c, const double* e, const Matrix6& a, double scale, double* out,
+                             int stride) {
+  const Kernel<C> kernel{C > 0 ? C : c};
+  Local<C> image, scaled;
+  kernel.Times6(false, false, a, e, image);
+  kernel.Zero(scaled);
+  kernel.Accumulate(scale, image, scaled);
+  kernel.AddTransposed(e, kernel.c, scaled, out, stride);
+}
+
+template <int C>
 MANTLE_INLINE void AddIntervalOf(int c, const Composite& beyond, bool needs_rotation,
                                  const double* e, const Matrix6& local, const IntervalState& s,
                                  GroupSums* g, double* mass, double* damping, double* stiffness,
@@ -217,8 +228,7 @@ MANTLE_INLINE void AddIntervalOf(int c, const Composite& beyond, bool needs_rota
   kernel.Accumulate(1.0, by_shape, g->stiffness.data());
   kernel.Accumulate(1.0, rate, g->rate.data());
   if (needs_rotation) kernel.Accumulate(1.0, rotation, g->rotation.data());
-  kernel.Times6(false, false, local, e, rate);
-  kernel.AddTransposed(e, d, rate, stiffness, stride);
+  AddFormOf<C>(d, e, local, 1.0, stiffness, stride);
 }
 
 template <int C>
@@ -263,6 +273,12 @@ MANTLE_VECTOR_CLONES void AddInterval(int count, const Composite& beyond, bool n
   }
   AddIntervalOf<0>(count, beyond, needs_rotation, e, local, s, group, mass, damping, stiffness,
                    stride);
+}
+
+MANTLE_VECTOR_CLONES void AddForm(int count, const double* e, const Matrix6& a, double scale,
+                                  double* out, int stride) {
+  if (count == 4) return AddFormOf<4>(count, e, a, scale, out, stride);
+  AddFormOf<0>(count, e, a, scale, out, stride);
 }
 
 MANTLE_VECTOR_CLONES void CoupleGroups(int earlier_count, const GroupSums& earlier, int count,

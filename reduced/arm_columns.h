@@ -22,6 +22,9 @@ void AddInterval(int count, const Composite& beyond, bool needs_rotation, const 
                  const Matrix6& local, const IntervalState& s, GroupSums* group, double* mass,
                  double* damping, double* stiffness, int stride);
 
+/// out += scale e^T A e (by columns, `stride` apart).
+void AddForm(int count, const double* e, const Matrix6& a, double scale, double* out, int stride);
+
 /// Couples a complete group with one before it; the blocks' first entries are those of the earlier
 /// group's rows and the later one's columns (upper), and the reverse (lower).
 struct GroupBlocks {

@@ -74,13 +74,12 @@ void AddCables(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* wo
     if (u == 0.0) continue;
     for (const CablePoint& p : arm.cables[c].points) {
       const StrainGroup& group = arm.basis.groups()[p.group];
+      const int f = first + group.first;
       const Eigen::Map<const VectorX> q(m.q + group.first, group.columns);
       Matrix6 hessian;
       CablePieceLength(p.piece, p.element, p.reference + p.basis.lazyProduct(q), nullptr, &hessian);
-      hessian *= u;
-      LocalColumns x = hessian.lazyProduct(p.basis);
-      out->stiffness.block(first + group.first, first + group.first, group.columns, group.columns)
-          .noalias() += p.basis.transpose().lazyProduct(x);
+      AddForm(group.columns, p.basis.data(), hessian, u, &out->stiffness(f, f),
+              static_cast<int>(out->stiffness.rows()));
     }
     const model::CableInput& in = m.cables[c];
     if (!in.reeled) continue;

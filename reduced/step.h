@@ -81,8 +81,9 @@ class StepWork {
 
 /// Advances `from` by h seconds with the inputs at the stages (first stage at gamma h, or all at
 /// the end), into `to`; fills `jacobian` where it is not null, for inputs that change equally at
-/// both stages. `stages`, where it is not null, starts Newton's iterations if it is known, and is
-/// overwritten. On failure `to` is not a state, and the stages are not known. No allocation.
+/// both stages. `stages`, where it is not null, starts Newton's iterations if it is known (without
+/// it, where that fails), and is overwritten. On failure `to` is not a state, and the stages are
+/// not known. No allocation.
 StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, double h,
                      const ReducedState& from, const model::PlantInputs& first,
                      const model::PlantInputs& last, StepWork* work, ReducedState* to,

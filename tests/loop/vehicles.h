@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "model/control.h"
+#include "model/reduction.h"
 #include "model/simulation.h"
 #include "tests/support/paper_robot.h"
 

@@ -8,8 +8,8 @@ namespace {
 
 constexpr double kStep_s = 0.05;
 
-struct Setup {
-  Setup()
+struct Vehicle {
+  Vehicle()
       : model(tests::ControlRobot(12, 32), {}), start(tests::RandomReducedState(model, 0.3, 4)) {
     EvaluateInputs(model.plant, 0.0, false, &inputs);
     inputs.cables[1].tension_n = 0.3;
@@ -23,7 +23,7 @@ struct Setup {
 class StepFromStages : public testing::TestWithParam<StepScheme> {};
 
 TEST_P(StepFromStages, EndsWhereAStepWithoutThemEndsInFewerIterations) {
-  const Setup s;
+  const Vehicle s;
   StepSettings settings;
   settings.scheme = GetParam();
   settings.tolerance = 1e-10;
@@ -57,7 +57,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, StepFromStages,
                          });
 
 TEST(StepFromStages, AreForgottenByAStepThatFails) {
-  const Setup s;
+  const Vehicle s;
   StepWork work(s.model);
   StepStages stages(s.model);
   ReducedState end = s.start;
@@ -72,7 +72,7 @@ TEST(StepFromStages, AreForgottenByAStepThatFails) {
 }
 
 TEST(StepTolerance, DerivativesImproveTheEndStateOfACoarseIteration) {
-  const Setup s;
+  const Vehicle s;
   StepWork work(s.model);
   StepJacobian jacobian(s.model);
   ReducedState exact = s.start, coarse = s.start, corrected = s.start;

@@ -117,6 +117,12 @@ ClosedLoop::ClosedLoop(const model::Scene& scene, const ClosedLoopOptions& optio
   before_ = command_;
   tension_ = pulled_ = VectorX::Zero(motors);
   torques_.resize(motors);
+  for (int i = 0; i < motors; ++i) {
+    tension_loops_.emplace_back(
+        vehicle_.winch_map(),
+        controller::TensionLoopOptions{scene_.drives.period_s, scene_.drives.cable_stiffness_n_m,
+                                       scene_.drives.cable_damping_n_s_m});
+  }
   work_before_j_.assign(motors, 0.0);
   control_every_ = std::lround(control_.period_s / scene.drives.period_s);
 }
@@ -132,16 +138,23 @@ void ClosedLoop::Command(double t_s, const reduced::ReducedState* estimate, Loop
   asked_ = command_;
   controller::LimitTensions(control_.motors, before_, period, command_);
   result->limit_touches += ((asked_ - command_).array().abs() > kCut_n).count();
-  const controller::WinchMap& map = vehicle_.winch_map();
+  AskForTorques();
+}
+
+// The drives' torques from the wanted tensions, each cable's measured length and what its drive
+// reported.
+void ClosedLoop::AskForTorques() {
   for (int i = 0; i < vehicle_.motor_count(); ++i) {
-    const double drum = vehicle_.reel(i).gain_square * command_(i);
-    const double wanted_rate =
-        (command_(i) - before_(i)) / period / scene_.drives.cable_stiffness_n_m -
-        vehicle_.length_rate_m_s(i);
-    const double sigma = std::tanh(wanted_rate / kSlidingRate_m_s);
-    const double torque = controller::TensionToTorque(map, drum, sigma);
+    const Reel& reel = vehicle_.reel(i);
+    controller::TensionLoopInput in;
+    in.tension_n = reel.gain_square * before_(i);
+    in.tension_rate_n_s = reel.gain_square * (command_(i) - before_(i)) / scene_.drives.period_s;
+    in.length_m = sensors_.MeasureCable(vehicle_.length_m(i) - reel.rest_length_m);
+    in.length_rate_m_s = sensors_.MeasureCableRate(vehicle_.length_rate_m_s(i));
+    in.reported_m = vehicle_.ReportedReel_m(i);
+    in.reported_rate_m_s = vehicle_.ReportedRate_m_s(i);
     torques_[i].torque_permille =
-        static_cast<std::int16_t>(std::lround(std::clamp(torque, 0.0, map.max_permille)));
+        static_cast<std::int16_t>(std::lround(tension_loops_[i].Update(in)));
   }
 }
 

@@ -10,6 +10,7 @@
 #include "controller/controller.h"
 #include "controller/estimator.h"
 #include "controller/sensors.h"
+#include "controller/tension_loop.h"
 #include "model/scene.h"
 #include "reduced/projection.h"
 #include "tools/loop/loop_account.h"
@@ -77,6 +78,7 @@ class ClosedLoop {
   LoopStep StepNow(bool planned, double error, const LoopResult& result) const;
   void Conclude(LoopResult* result);
   void Command(double t_s, const reduced::ReducedState* estimate, LoopResult* result);
+  void AskForTorques();
 
   model::Scene scene_;
   model::ControlOptions control_;
@@ -95,6 +97,7 @@ class ClosedLoop {
   reduced::ReducedState truth_;
   model::VectorX command_, asked_, before_, tension_, pulled_;
   std::vector<MotorCommand> torques_;
+  std::vector<controller::TensionLoop> tension_loops_;
   std::vector<double> work_before_j_;
   long control_every_;
   double pulled_s_{0};
