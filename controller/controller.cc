@@ -1,9 +1,12 @@
 #include "controller/controller.h"
 
+#include "controller/baselines.h"
+
 namespace mantle::controller {
 
 std::unique_ptr<Controller> MakeController(const ControllerParts& parts) {
-  return MakeMpcController(parts);
+  const model::ControllerKind kind = parts.options.controller;
+  return kind == model::ControllerKind::kMpc ? MakeMpcController(parts) : MakeBaseline(parts, kind);
 }
 
 }  // namespace mantle::controller

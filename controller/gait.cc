@@ -1,6 +1,8 @@
 #include "controller/gait.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace mantle::controller {
 
@@ -37,6 +39,21 @@ model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_
     p.high_n = p.low_n + tension_scale * (p.high_n - p.low_n);
   }
   return scaled;
+}
+
+double LargestScale(const model::Gait& gait, const std::vector<model::MotorLimits>& motors) {
+  double scale = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < motors.size(); ++i) {
+    const model::GaitPulse& p = gait.motors[i];
+    const double height = p.high_n - p.low_n;
+    if (height <= 0) continue;
+    scale = std::min(scale, (motors[i].max_tension_n - p.low_n) / height);
+    for (const double share : {p.rise, p.fall}) {
+      if (share <= 0) continue;  // a jump is cut anyway
+      scale = std::min(scale, motors[i].max_rate_n_s * share * gait.period_s / height);
+    }
+  }
+  return std::max(scale, 0.0);
 }
 
 }  // namespace mantle::controller

@@ -24,4 +24,7 @@ void GaitShape(const model::Gait& gait, const std::vector<model::MotorLimits>& m
 /// The gait with tensions above `low` scaled, and its period.
 model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale);
 
+/// Largest scale whose tensions and slopes no motor's limits cut; infinite where no motor pulses.
+double LargestScale(const model::Gait& gait, const std::vector<model::MotorLimits>& motors);
+
 }  // namespace mantle::controller

@@ -112,16 +112,16 @@ struct Gait {
   std::vector<GaitPulse> motors;  ///< one per motor
 };
 
-/// Parameters of the baselines; `mantle tune` finds them.
+/// Parameters of the baselines (controller/baselines.h); `mantle tune` finds them.
 struct BaselineGains {
   double gait_scale{1};    ///< of the gait's tensions
   double gait_period{1};   ///< of its period
   double proportional{2};  ///< pursuit, PID [N/rad; N/m for a tip]
-  double integral{0};      ///< PID [N/(rad s)]
-  double derivative{0};    ///< pursuit, PID [N s/rad]
+  double integral{0};      ///< PID [N/(rad s); N/(m s)]
+  double derivative{0};    ///< pursuit, PID [N s/rad; N s/m]
   double lookahead_s{0};   ///< along the reference
   double lqr_effort{1};    ///< effort's weight over the cost's
-  double speed_gain{0};    ///< of the gait's tensions [1/m of along-track error]
+  double speed_gain{0};    ///< of the gait's scale [1/m of along-track error; s/m of mean speed]
 };
 
 struct EstimatorOptions {

@@ -20,6 +20,7 @@ ONE_DOOR = {
     r"cvode/": {"model/cvode_stepper.cc"},
     r"IpIpopt|coin/": {"controller/ipopt_solver.cc"},
     r"lcm/|mantle/\w+_t\.hpp": {"tools/mantle/lcm_bridge.cc"},
+    r"nlopt": {"tools/mantle/search.cc"},
     r"linux/can": {"firmware_sim/socket_can_bus.cc"},
 }
 

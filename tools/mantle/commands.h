@@ -19,6 +19,8 @@ inline constexpr int kExitCannotContinue = 3;
 void AddRunCommand(CLI::App& app, int& exit_status);
 /// `mantle compare`: the full and the reduced model side by side.
 void AddCompareCommand(CLI::App& app, int& exit_status);
+/// `mantle study`: many runs side by side.
+void AddStudyCommand(CLI::App& app, int& exit_status);
 /// `mantle static`: a scene's equilibrium.
 void AddStaticCommand(CLI::App& app, int& exit_status);
 /// `mantle check`: what is active and what it will cost.
@@ -29,5 +31,7 @@ void AddBusCommand(CLI::App& app, int& exit_status);
 void AddLogCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
+/// `mantle tune`: the best parameters of the baseline controllers.
+void AddTuneCommand(CLI::App& app, int& exit_status);
 
 }  // namespace mantle::tools

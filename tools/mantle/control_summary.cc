@@ -7,6 +7,8 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tools/mantle/trajectory.h"
+
 namespace mantle::tools {
 namespace {
 
@@ -103,11 +105,18 @@ Json SolverJson(const loop::LoopResult& r) {
   return j;
 }
 
-Json DrivesJson(const model::Scene& scene, loop::Vehicle& vehicle) {
+Json DrivesJson(const model::Scene& scene, loop::ClosedLoop& loop) {
+  loop::Vehicle& vehicle = loop.vehicle();
+  const std::vector<std::string> cables = CableNames(loop.plant());
   Json list = Json::array();
   for (int i = 0; i < vehicle.motor_count(); ++i) {
     const DriveReport& r = vehicle.report(i);
+    Json pulls = Json::array();
+    for (const loop::ReeledCable& cable : vehicle.reel(i).cables) {
+      pulls.push_back(cables[static_cast<std::size_t>(cable.index)]);
+    }
     list.push_back({{"motor", scene.reduction.actuators[static_cast<std::size_t>(i)].name},
+                    {"cables", pulls},
                     {"node", r.node},
                     {"step", Name(r.step)},
                     {"state", Describe(r)},
@@ -163,7 +172,7 @@ Json ControlSummary(const ControlReport& report) {
               {"load_peak", r.bus_load_peak},
               {"frames", r.traffic.frames},
               {"tpdos_late", r.late_pdos}};
-  j["drives"] = DrivesJson(*report.scene, report.loop->vehicle());
+  j["drives"] = DrivesJson(*report.scene, *report.loop);
   j["real_time"] = report.real_time ? Json{{"late_cycles", r.late_cycles},
                                            {"worst_lateness_ms", 1e3 * r.worst_lateness_s},
                                            {"cycles", r.cycles},

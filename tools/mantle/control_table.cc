@@ -44,7 +44,7 @@ std::string Waypoint(const Json& w, double body_length_m) {
   if (w["distance_m"].is_null()) return "its turn did not come";
   const double distance = Number(w["distance_m"]);
   return fmt::format("{} at {:.2f} s, {:.1f} mm away ({:.1f} % of body length)",
-                     w["passed"].get<bool>() ? "passed" : "MISSED", Number(w["time_s"]),
+                     w["passed"].get<bool>() ? "passed" : "MISSED, closest", Number(w["time_s"]),
                      1e3 * distance, 100.0 * distance / body_length_m);
 }
 
@@ -73,7 +73,8 @@ std::string ControlTable(const Json& summary) {
   const auto row = [&](const std::string& name, const std::string& value) {
     fmt::format_to(std::back_inserter(text), "  {:<11} {}\n", name, value);
   };
-  const std::string mode = c["mode"].is_null() ? "" : " " + c["mode"].get<std::string>();
+  const std::string mode =
+      c["mode"].is_null() ? "" : fmt::format(" {}", c["mode"].get<std::string>());
   fmt::format_to(std::back_inserter(text),
                  "{}: closed loop, {}{}: {:.6g} s simulated in {:.3g} s ({:.1f}x real time)\n",
                  summary["scene"].get<std::string>(), c["controller"].get<std::string>(), mode,

@@ -24,6 +24,8 @@ int main(int argc, char** argv) {
   AddBusCommand(app, exit_status);
   AddDrivesCommand(app, exit_status);
   AddLogCommand(app, exit_status);
+  AddStudyCommand(app, exit_status);
+  AddTuneCommand(app, exit_status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& help) {
