@@ -60,7 +60,9 @@ TEST(Estimator, DirectWithDelayIsTheTruthWhereTheModelIsExact) {
     estimator.Update(truth.state.time_s, truth.u, comes ? &way[way.size() - 1 - kDelay] : nullptr);
     EXPECT_LT(Error(truth.state, estimator.state()), kRoundOff) << i;
     EXPECT_NEAR(estimator.state().time_s, truth.state.time_s, 1e-12);
-    if (comes) EXPECT_NEAR(estimator.age_s(), kDelay * kPeriod_s, 1e-9);
+    if (comes) {
+      EXPECT_NEAR(estimator.age_s(), kDelay * kPeriod_s, 1e-9);
+    }
   }
 }
 

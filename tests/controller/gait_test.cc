@@ -104,5 +104,18 @@ TEST(Gait, ScalingActsOnWhatIsAboveTheLowTension) {
   }
 }
 
+TEST(Gait, TheLargestScaleJustMeetsALimit) {
+  const model::Gait gait = TwoMotors();
+  std::vector<model::MotorLimits> motors(2);
+  for (const auto& [most_n, rate_n_s] : {std::pair{0.5, 100.0}, {100.0, 1.0}}) {
+    motors[0].max_tension_n = motors[1].max_tension_n = most_n;
+    motors[0].max_rate_n_s = motors[1].max_rate_n_s = rate_n_s;
+    const model::GaitPulse p = Scaled(gait, LargestScale(gait, motors), 1.0).motors[0];
+    const double height = p.high_n - p.low_n;
+    const double steepest = height / (std::min(p.rise, p.fall) * kPeriod_s);
+    EXPECT_NEAR(std::max(p.high_n / most_n, steepest / rate_n_s), 1.0, kRoundOff);
+  }
+}
+
 }  // namespace
 }  // namespace mantle::controller

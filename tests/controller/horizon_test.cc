@@ -33,7 +33,9 @@ TEST(Horizon, HatsReproduceLinearFunctionsOfTime) {
         time += h.hats[k].weight[i] * h.time_s[h.knots[h.hats[k].knot[i]]];
       }
       EXPECT_NEAR(time, h.time_s[k], kRoundOff) << k;
-      if (k >= h.knots.front()) EXPECT_NEAR(sum, 1.0, kRoundOff) << k;
+      if (k >= h.knots.front()) {
+        EXPECT_NEAR(sum, 1.0, kRoundOff) << k;
+      }
     }
     for (int j = 0; j < h.knot_count(); ++j) {
       const Horizon::Hat& hat = h.hats[h.knots[j]];

@@ -299,7 +299,9 @@ TEST(Mpc, RealTimeIterationCostsLittleMoreThanTheConvergedPlan) {
     loop.Turns(30);
     EXPECT_EQ(loop.mpc().counters().shifted + loop.mpc().counters().safe, 0U);
     spent[converged] = loop.spent;
-    if (converged) EXPECT_GT(loop.status().linearisations, 1);
+    if (converged) {
+      EXPECT_GT(loop.status().linearisations, 1);
+    }
   }
   RecordProperty("cost_over_converged", std::to_string(spent[0] / spent[1]));
   EXPECT_LT(spent[0], kMostShare * spent[1]);

@@ -128,7 +128,9 @@ TEST(Sensors, LosesItsShareOfMeasurements) {
     truth.time_s = 0.01 * i;
     const auto measured = sensors.Measure(truth);
     lost += !measured;
-    if (measured) EXPECT_EQ(measured->time_s, truth.time_s) << "a lost one is not made up for";
+    if (measured) {
+      EXPECT_EQ(measured->time_s, truth.time_s) << "a lost one is not made up for";
+    }
   }
   const double share = static_cast<double>(lost) / kDraws;
   EXPECT_NEAR(share, o.loss, 5 * std::sqrt(o.loss * (1 - o.loss) / kDraws));
