@@ -238,7 +238,7 @@ TEST(Mpc, ADeadlineThatHasPassedIsCountedAndKeepsTheLoopGoing) {
 }
 
 TEST(Mpc, ASolverThatFailsLeavesTheGaitThenDecays) {
-  Loop loop("steer.toml", Small(), [](model::ControlOptions* o) { o->cost.effort = kNaN; });
+  Loop loop("steer.toml", Small(), [](model::ControlOptions* o) { o->cost.position = kNaN; });
   for (int i = 0; i < 5; ++i) {
     loop.Turns(1);
     EXPECT_EQ(loop.status().outcome, Outcome::kShifted);

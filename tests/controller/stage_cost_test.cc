@@ -22,7 +22,7 @@ model::ControlOptions AllTerms(const ControlScene& world, bool wide = false) {
   o.cost.position = 3;
   o.cost.heading = 0.7;
   o.cost.velocity = 11;
-  o.cost.turn_rate = 0.4;
+  o.cost.turn_rate = world.model.plant.root_free() ? 0.4 : 0.0;
   o.cost.tip = 5;
   o.cost.volume = 2;
   o.bounds.clear();
@@ -98,28 +98,12 @@ TEST(StageCost, JacobianMatchesDifferencesOfACruise) {
 }
 
 TEST(StageCost, JacobianMatchesDifferencesOfATip) {
-  // The clamped root's rows are differentiated as well: the tip's place depends on its pose.
+  // The clamped root's columns are differentiated as well: the tip's place depends on its pose.
   ControlScene world("reach.toml");
-  model::ControlOptions options = AllTerms(world);
-  options.cost.turn_rate = 0;
-  StageCost cost(world.model, options, world.reference);
-  const ReducedState at = Tumbling(&world);
-  const int columns = 2 * world.model.velocity_count();
-  VectorX residual(cost.rows());
-  Eigen::MatrixXd jacobian(cost.rows(), columns);
-  cost.Evaluate(at, &residual, &jacobian);
+  CheckJacobian(&world, Tumbling(&world));
+  const model::ControlOptions options = AllTerms(world);
+  const StageCost cost(world.model, options, world.reference);
   EXPECT_EQ(cost.rows(), 3 + 4) << "the tip and a curvature in each of four segments";
-  ReducedState moved = at;
-  const Eigen::MatrixXd numeric = DifferenceJacobian(
-      [&](const VectorX& by) {
-        MoveState(at, by, &moved);
-        VectorX r(cost.rows());
-        cost.Evaluate(moved, &r, nullptr);
-        return r;
-      },
-      VectorX::Zero(columns), VectorX::Constant(columns, kStep));
-  EXPECT_TRUE(JacobianMatches(jacobian, numeric, kShare, 1e-10));
-  EXPECT_GT(numeric.cwiseAbs().rowwise().maxCoeff().minCoeff(), 1e-6);
 }
 
 TEST(StageCost, ValueIsTheDefinitionsSum) {
