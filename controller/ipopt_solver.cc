@@ -193,14 +193,15 @@ class IpoptSolver : public Solver {
     o.SetStringValue("hessian_constant", fixed);
     o.SetStringValue("jac_c_constant", fixed);
     o.SetStringValue("jac_d_constant", fixed);
-    if (!options.fast) return;
-    o.SetStringValue("nlp_scaling_method", "none");
-    o.SetStringValue("fast_step_computation", "yes");
-    o.SetIntegerValue("mumps_pivot_order", 0);  // AMD
-    o.SetIntegerValue("mumps_permuting_scaling", 0);
-    o.SetIntegerValue("mumps_scaling", 0);
-    o.SetIntegerValue("min_refinement_steps", 0);
-    o.SetIntegerValue("max_refinement_steps", 1);
+    // Ipopt's own values where they are not the fast ones: options outlive a solve.
+    const bool fast = options.fast;
+    o.SetStringValue("nlp_scaling_method", fast ? "none" : "gradient-based");
+    o.SetStringValue("fast_step_computation", fast ? "yes" : "no");
+    o.SetIntegerValue("mumps_pivot_order", fast ? 0 : 7);  // AMD, automatic
+    o.SetIntegerValue("mumps_permuting_scaling", fast ? 0 : 7);
+    o.SetIntegerValue("mumps_scaling", fast ? 0 : 77);
+    o.SetIntegerValue("min_refinement_steps", fast ? 0 : 1);
+    o.SetIntegerValue("max_refinement_steps", fast ? 1 : 10);
   }
 
   Ipopt::SmartPtr<Ipopt::IpoptApplication> app_;

@@ -205,9 +205,12 @@ void Mpc::SolveConverged(const ReducedState& start, std::int64_t deadline_ns) {
     if (size < kStandsStill_n) break;
     if (status_.solver == SolveStatus::kDeadline) break;
   }
-  if (status_.outcome == Outcome::kShifted && !better) {
-    FallBack();
-    return;
+  if (status_.outcome == Outcome::kShifted) {
+    if (!better) {
+      FallBack();
+      return;
+    }
+    status_.outcome = Outcome::kStoppedBetter;
   }
   change_.setZero();
   condensed_.SetInitialDeviation(deviation_);

@@ -66,8 +66,10 @@ class Mpc {
   /// Solves for the state that the start is now known to have. `deadline_ns` as in SolveOptions.
   const MpcStatus& Solve(const ReducedState& start, std::int64_t deadline_ns);
 
-  /// A root position that was measured; for costs on the mean velocity.
-  void RecordPosition(double t_s, const Vector3& position) { history_.Add(t_s, position); }
+  /// A root position that was measured; for costs on the mean velocity. Ignored if not finite.
+  void RecordPosition(double t_s, const Vector3& position) {
+    if (position.allFinite()) history_.Add(t_s, position);
+  }
 
   const Plan& plan() const { return plan_; }
   const MpcStatus& status() const { return status_; }

@@ -1,0 +1,298 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+
+#include "controller/program.h"
+
+namespace mantle::controller {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+/// A small dense program given by its functions.
+class Dense : public Program {
+ public:
+  Dense(VectorXd start, VectorXd x_low, VectorXd x_high, VectorXd g_low, VectorXd g_high)
+      : start_(std::move(start)),
+        x_low_(std::move(x_low)),
+        x_high_(std::move(x_high)),
+        g_low_(std::move(g_low)),
+        g_high_(std::move(g_high)) {
+    for (int i = 0; i < constraints(); ++i) {
+      for (int j = 0; j < variables(); ++j) {
+        jacobian_pattern_.row.push_back(i);
+        jacobian_pattern_.column.push_back(j);
+      }
+    }
+    for (int i = 0; i < variables(); ++i) {
+      for (int j = 0; j <= i; ++j) {
+        hessian_pattern_.row.push_back(i);
+        hessian_pattern_.column.push_back(j);
+      }
+    }
+  }
+
+  std::function<double(const VectorXd&)> f;
+  std::function<VectorXd(const VectorXd&)> df, g;
+  std::function<MatrixXd(const VectorXd&)> dg;
+  std::function<MatrixXd(const VectorXd&, double, const VectorXd&)> h;
+  bool is_quadratic{false};
+
+  int variables() const override { return static_cast<int>(start_.size()); }
+  int constraints() const override { return static_cast<int>(g_low_.size()); }
+  void Bounds(double* x_low, double* x_high, double* g_low, double* g_high) const override {
+    std::copy(x_low_.begin(), x_low_.end(), x_low);
+    std::copy(x_high_.begin(), x_high_.end(), x_high);
+    std::copy(g_low_.begin(), g_low_.end(), g_low);
+    std::copy(g_high_.begin(), g_high_.end(), g_high);
+  }
+  void Start(double* x) const override { std::copy(start_.begin(), start_.end(), x); }
+  const SparsePattern& JacobianPattern() const override { return jacobian_pattern_; }
+  const SparsePattern& HessianPattern() const override { return hessian_pattern_; }
+  bool quadratic() const override { return is_quadratic; }
+  bool Objective(const double* x, bool, double* value) override {
+    *value = f(At(x));
+    return true;
+  }
+  bool Gradient(const double* x, bool, double* gradient) override {
+    VectorXd::Map(gradient, variables()) = df(At(x));
+    return true;
+  }
+  bool Constraints(const double* x, bool, double* values) override {
+    VectorXd::Map(values, constraints()) = g(At(x));
+    return true;
+  }
+  bool Jacobian(const double* x, bool, double* values) override {
+    const MatrixXd j = dg(At(x));
+    for (std::size_t e = 0; e < jacobian_pattern_.row.size(); ++e) {
+      values[e] = j(jacobian_pattern_.row[e], jacobian_pattern_.column[e]);
+    }
+    return true;
+  }
+  bool Hessian(const double* x, bool, double factor, const double* lambda,
+               double* values) override {
+    const MatrixXd m = h(At(x), factor, VectorXd::Map(lambda, constraints()));
+    for (std::size_t e = 0; e < hessian_pattern_.row.size(); ++e) {
+      values[e] = m(hessian_pattern_.row[e], hessian_pattern_.column[e]);
+    }
+    return true;
+  }
+
+ private:
+  VectorXd At(const double* x) const { return VectorXd::Map(x, variables()); }
+
+  VectorXd start_, x_low_, x_high_, g_low_, g_high_;
+  SparsePattern jacobian_pattern_, hessian_pattern_;
+};
+
+VectorXd Of(std::initializer_list<double> values) {
+  return VectorXd::Map(std::data(values), static_cast<Eigen::Index>(values.size()));
+}
+
+/// min (x - 1)^2 + (y - 2.5)^2 with five linear constraints (Nocedal & Wright, Numerical
+/// Optimization, 2006, example 16.4): solution (1.4, 1.7), the first constraint active.
+Dense Nocedal() {
+  Dense p(Of({2, 0}), Of({0, 0}), Of({kInfinity, kInfinity}), Of({-2, -6, -2}),
+          Of({kInfinity, kInfinity, kInfinity}));
+  p.is_quadratic = true;
+  p.f = [](const VectorXd& x) { return std::pow(x(0) - 1, 2) + std::pow(x(1) - 2.5, 2); };
+  p.df = [](const VectorXd& x) { return Of({2 * (x(0) - 1), 2 * (x(1) - 2.5)}); };
+  const MatrixXd a{{1, -2}, {-1, -2}, {-1, 2}};
+  p.g = [a](const VectorXd& x) { return VectorXd(a * x); };
+  p.dg = [a](const VectorXd&) { return a; };
+  p.h = [](const VectorXd&, double factor, const VectorXd&) {
+    return MatrixXd(2 * factor * MatrixXd::Identity(2, 2));
+  };
+  return p;
+}
+
+/// W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes, 1981, problem 71.
+Dense HockSchittkowski71() {
+  Dense p(Of({1, 5, 5, 1}), VectorXd::Constant(4, 1.0), VectorXd::Constant(4, 5.0), Of({25, 40}),
+          Of({kInfinity, 40}));
+  p.f = [](const VectorXd& x) { return x(0) * x(3) * (x(0) + x(1) + x(2)) + x(2); };
+  p.df = [](const VectorXd& x) {
+    const double sum = x(0) + x(1) + x(2);
+    return Of({x(3) * (sum + x(0)), x(0) * x(3), x(0) * x(3) + 1, x(0) * sum});
+  };
+  p.g = [](const VectorXd& x) { return Of({x.prod(), x.squaredNorm()}); };
+  p.dg = [](const VectorXd& x) {
+    MatrixXd j(2, 4);
+    for (int i = 0; i < 4; ++i) j(0, i) = x.prod() / x(i);
+    j.row(1) = 2 * x.transpose();
+    return j;
+  };
+  p.h = [](const VectorXd& x, double factor, const VectorXd& lambda) {
+    MatrixXd m = MatrixXd::Zero(4, 4);
+    m(0, 0) = factor * 2 * x(3);
+    m(1, 0) = m(2, 0) = factor * x(3);
+    m(3, 0) = factor * (2 * x(0) + x(1) + x(2));
+    m(3, 1) = m(3, 2) = factor * x(0);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < i; ++j) m(i, j) += lambda(0) * x.prod() / (x(i) * x(j));
+      m(i, i) += 2 * lambda(1);
+    }
+    return m;
+  };
+  return p;
+}
+
+SolveOptions Tight() {
+  SolveOptions o;
+  o.tolerance = 1e-9;
+  o.max_iterations = 100;
+  return o;
+}
+
+constexpr double kSolution = 1e-6;  // of programs solved to 1e-9 with curvatures of order one
+
+TEST(IpoptSolver, SolvesAQuadraticProgram) {
+  Dense p = Nocedal();
+  SolveResult r;
+  MakeIpoptSolver()->Solve(p, Tight(), &r);
+  EXPECT_EQ(r.status, SolveStatus::kSolved) << Words(r.status);
+  EXPECT_NEAR(r.x(0), 1.4, kSolution);
+  EXPECT_NEAR(r.x(1), 1.7, kSolution);
+  EXPECT_NEAR(r.objective, 0.8, kSolution);
+  EXPECT_NEAR(r.lambda(0), -0.8, kSolution);  // 2 (x - 1) = -lambda, of f + lambda g
+  EXPECT_GT(r.iterations, 0);
+}
+
+TEST(IpoptSolver, SolvesHockSchittkowski71WithBothSetsOfOptions) {
+  const VectorXd published = Of({1.0, 4.74299963, 3.82114998, 1.37940829});
+  for (bool fast : {true, false}) {
+    Dense p = HockSchittkowski71();
+    SolveOptions o = Tight();
+    o.fast = fast;
+    SolveResult r;
+    MakeIpoptSolver()->Solve(p, o, &r);
+    EXPECT_EQ(r.status, SolveStatus::kSolved) << Words(r.status);
+    EXPECT_LT((r.x - published).cwiseAbs().maxCoeff(), kSolution);
+    EXPECT_NEAR(r.objective, 17.0140173, kSolution);
+  }
+}
+
+TEST(IpoptSolver, MultipliersAndResidualsSatisfyTheOptimalityConditions) {
+  Dense p = HockSchittkowski71();
+  SolveResult r;
+  MakeIpoptSolver()->Solve(p, Tight(), &r);
+  const VectorXd lagrangian = p.df(r.x) + p.dg(r.x).transpose() * r.lambda - r.z_low + r.z_high;
+  EXPECT_LT(lagrangian.cwiseAbs().maxCoeff(), kSolution);
+  EXPECT_GE(r.z_low.minCoeff(), 0.0);
+  EXPECT_GE(r.z_high.minCoeff(), 0.0);
+  EXPECT_GT(r.z_low(0), 1.0) << "x_0 >= 1 is active";
+  for (double residual : {r.stationarity, r.infeasibility, r.complementarity}) {
+    EXPECT_GE(residual, 0.0);
+    EXPECT_LT(residual, kSolution);
+  }
+}
+
+TEST(IpoptSolver, StopsAtTheIterationBudget) {
+  Dense p = HockSchittkowski71();
+  SolveOptions o = Tight();
+  o.max_iterations = 2;
+  SolveResult r;
+  MakeIpoptSolver()->Solve(p, o, &r);
+  EXPECT_EQ(r.status, SolveStatus::kIterationBudget);
+  EXPECT_EQ(Words(r.status), "stopped by the iteration budget");
+  EXPECT_EQ(r.iterations, 2);
+  EXPECT_TRUE(r.x.allFinite());
+  EXPECT_FALSE(r.usable());
+  EXPECT_GT(std::max({r.stationarity, r.infeasibility, r.complementarity}), 1e-6)
+      << "an unfinished iterate does not look solved";
+}
+
+TEST(IpoptSolver, StopsAtADeadlineThatHasPassed) {
+  Dense p = HockSchittkowski71();
+  SolveOptions o = Tight();
+  o.deadline_ns = 1;
+  SolveResult r;
+  MakeIpoptSolver()->Solve(p, o, &r);
+  EXPECT_EQ(r.status, SolveStatus::kDeadline);
+  EXPECT_EQ(Words(r.status), "stopped by the deadline");
+  EXPECT_EQ(r.iterations, 0);
+  EXPECT_FALSE(r.usable());
+}
+
+TEST(IpoptSolver, SaysThatAProgramIsInfeasible) {
+  Dense p(Of({0.0, 0.0}), Of({-10, -10}), Of({10, 10}), Of({3, -kInfinity}), Of({kInfinity, 1}));
+  p.f = [](const VectorXd& x) { return x.squaredNorm(); };
+  p.df = [](const VectorXd& x) { return VectorXd(2 * x); };
+  p.g = [](const VectorXd& x) { return Of({x.sum(), x.sum() + 0.1 * x(0) * x(0)}); };
+  p.dg = [](const VectorXd& x) { return MatrixXd{{1, 1}, {1 + 0.2 * x(0), 1}}; };
+  p.h = [](const VectorXd&, double factor, const VectorXd& lambda) {
+    MatrixXd m = 2 * factor * MatrixXd::Identity(2, 2);
+    m(0, 0) += 0.2 * lambda(1);
+    return m;
+  };
+  SolveResult r;
+  MakeIpoptSolver()->Solve(p, Tight(), &r);
+  EXPECT_EQ(r.status, SolveStatus::kInfeasible) << Words(r.status);
+  EXPECT_EQ(Words(SolveStatus::kInfeasible), "no feasible point near by");
+  EXPECT_TRUE(r.x.allFinite());
+}
+
+TEST(IpoptSolver, SaysThatAFunctionIsNotFinite) {
+  for (const bool throughout : {true, false}) {
+    Dense p = Nocedal();
+    const auto f = p.f;
+    // finite at the start alone, or nowhere
+    p.f = [f, throughout](const VectorXd& x) {
+      return throughout || (x - Of({2, 0})).norm() > 1e-3 ? std::numeric_limits<double>::quiet_NaN()
+                                                          : f(x);
+    };
+    SolveResult r;
+    MakeIpoptSolver()->Solve(p, Tight(), &r);
+    EXPECT_FALSE(r.usable()) << Words(r.status);
+    EXPECT_TRUE(r.x.allFinite());
+    if (throughout) {
+      EXPECT_EQ(r.status, SolveStatus::kBadNumber) << Words(r.status);
+      EXPECT_EQ(Words(r.status), "a function was not finite");
+    }
+  }
+}
+
+TEST(IpoptSolver, SaysThatIteratesDivergeOrTheBudgetEndsOnAnUnboundedProgram) {
+  Dense p(Of({0}), Of({-kInfinity}), Of({kInfinity}), VectorXd(0), VectorXd(0));
+  p.f = [](const VectorXd& x) { return -x(0); };
+  p.df = [](const VectorXd&) { return Of({-1}); };
+  p.g = [](const VectorXd&) { return VectorXd(0); };
+  p.dg = [](const VectorXd&) { return MatrixXd(0, 1); };
+  p.h = [](const VectorXd&, double, const VectorXd&) { return MatrixXd(MatrixXd::Zero(1, 1)); };
+  SolveResult r;
+  MakeIpoptSolver()->Solve(p, Tight(), &r);
+  EXPECT_TRUE(r.status == SolveStatus::kDiverging || r.status == SolveStatus::kIterationBudget)
+      << Words(r.status);
+}
+
+TEST(IpoptSolver, WhatWasSolvedBeforeLeavesNoTrace) {
+  // Another program, a failure and other options go before; then the bits are those of a new
+  // solver.
+  for (bool fast : {true, false}) {
+    SolveOptions o = Tight();
+    o.fast = fast;
+    Dense p = HockSchittkowski71();
+    SolveResult first, again;
+    MakeIpoptSolver()->Solve(p, o, &first);
+    auto used = MakeIpoptSolver();
+    SolveOptions other = Tight();
+    other.fast = !fast;
+    other.deadline_ns = 1;
+    other.initial_barrier = 0.1;
+    Dense q = Nocedal();
+    used->Solve(p, other, &again);
+    other.deadline_ns = 0;
+    used->Solve(q, other, &again);
+    ASSERT_TRUE(again.usable());
+    used->Solve(p, o, &again);
+    EXPECT_EQ(again.status, first.status);
+    EXPECT_EQ(again.iterations, first.iterations);
+    EXPECT_EQ(again.x, first.x);
+    EXPECT_EQ(again.lambda, first.lambda);
+  }
+}
+
+}  // namespace
+}  // namespace mantle::controller
