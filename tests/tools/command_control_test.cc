@@ -134,6 +134,29 @@ TEST_F(ClosedLoopRun, TheTrajectoryHoldsWhatWasAskedAndWhatPulled) {
       << "it swims";
 }
 
+TEST_F(ClosedLoopRun, EveryKeyAndColumnIsDocumented) {
+  ASSERT_EQ(Run("--out out").status, 0);
+  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  const auto documented = [&](const std::string& name) {
+    return page.find("`" + name + "`") != std::string::npos;
+  };
+  const auto control = ReadJson(folder_ / "out/summary.json")["control"];
+  for (const auto& [key, value] : control.items()) EXPECT_TRUE(documented(key)) << key;
+  for (const char* table : {"error", "solver", "bus"}) {
+    for (const auto& [key, value] : control[table].items()) EXPECT_TRUE(documented(key)) << key;
+  }
+  for (const auto& [key, value] : control["drives"][0].items()) EXPECT_TRUE(documented(key)) << key;
+  const auto columns = ReadColumns(folder_ / "out/trajectory.csv");
+  for (const char* stem :
+       {"command_MOTOR_n", "pulled_MOTOR_n", "reference_x_m", "error_position_m"}) {
+    std::string title = stem;
+    if (const auto at = title.find("MOTOR"); at != std::string::npos)
+      title.replace(at, 5, "mantle");
+    EXPECT_TRUE(documented(stem)) << stem;
+    EXPECT_EQ(columns.count(title), 1U) << title;
+  }
+}
+
 TEST_F(ClosedLoopRun, TelemetryOfEveryChannelIsInTheLogAtItsRate) {
   ASSERT_EQ(Run("--out out").status, 0);
   const Outcome log = Mantle(folder_, "log out/telemetry.lcmlog --json");
