@@ -73,7 +73,7 @@ class Baseline : public Controller {
     const double dt = std::max(t_s - before_s_, 0.0);
     before_s_ = t_s;
     const bool sees = estimate != nullptr && Finite(*estimate);
-    GaitTensions(gait_, t_s + GaitLead(), tensions);
+    GaitTensions(gait_, t_s + gains_.gait_lead_s, tensions);
     tensions = low_ + Scale(sees ? estimate : nullptr, t_s) * (tensions - low_);
     if (sees && steers_) AddPull(directions_, Pull(*estimate, dt), tensions);
     for (Eigen::Index i = 0; i < tensions.size(); ++i) {
@@ -83,8 +83,6 @@ class Baseline : public Controller {
   }
 
  private:
-  double GaitLead() const { return parts_.reference.has_tip() ? gains_.lookahead_s : 0.0; }
-
   Vector2 Pull(const ReducedState& state, double dt) {
     if (regulator_) return regulator_->Update(state, dt, bias_, pid_.most_n);
     SteeringError e = aim_.At(state, gains_.lookahead_s);
@@ -98,7 +96,7 @@ class Baseline : public Controller {
   double Scale(const ReducedState* state, double t_s) {
     double scale = gains_.gait_scale;
     if (const auto* circle = std::get_if<model::CircleTask>(&parts_.options.goal)) {
-      scale *= aim_.TipTarget(start_, t_s + GaitLead()).norm() / circle->radius_m;
+      scale *= aim_.TipTarget(start_, t_s + gains_.gait_lead_s).norm() / circle->radius_m;
     } else if (const auto* path = std::get_if<model::PathTask>(&parts_.options.goal)) {
       scale *= parts_.reference.At(t_s).velocity.norm() / path->speed_m_s;
     }

@@ -9,7 +9,7 @@
 /// scaled, and pulls of the lateral plane (steering.h) on top. Parameters are
 /// ControlOptions::baselines; `mantle tune` finds them.
 ///
-///   tensions = low + s (gait(t) - low) + max(0, n_i . c)
+///   tensions = low + s (gait(t + gait_lead) - low) + max(0, n_i . c)
 ///   s = gait_scale a + speed_gain e,  within what the limits allow; e is the way along the track
 ///       [m] by which the reference is ahead (path), or the error of the speed averaged over a
 ///       period of the gait [m/s] (cruise); a is the reference's speed over the path's (thrust goes
@@ -21,8 +21,8 @@
 ///   pid       c = P e + I int e dt + D e_dot, the integral held where the pull is cut
 ///   lqr       lqr.h
 ///
-/// On a circle the gait is a feed-forward whose pulses go round: it acts `lookahead` earlier. The
-/// rate of a heading's error is filtered.
+/// On a circle the gait is a feed-forward whose pulses go round. The rate of a heading's error is
+/// filtered.
 
 namespace mantle::controller {
 

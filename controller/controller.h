@@ -21,6 +21,8 @@ class Controller {
   virtual void Update(double t_s, const ReducedState* estimate,
                       const Eigen::Ref<const VectorX>& tensions,
                       const Eigen::Ref<const VectorX>& bias, std::int64_t deadline_ns) = 0;
+  /// The estimated acceleration of a free root that the model does not know of (estimator.h).
+  virtual void SetRootAcceleration(const model::Vector3&) {}
   /// Every SYNC: tensions to ask for at t_s, not yet limited. No allocation.
   virtual void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) = 0;
   /// Null where the controller makes no plans.

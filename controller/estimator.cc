@@ -14,6 +14,8 @@ constexpr double kSameTime_s = 1e-9;
 // Sizes that an error of a coordinate and of its rate is compared with.
 constexpr double kBend_1_m = 1.0, kStretch = 0.02, kRates_1_s = 5.0;
 constexpr double kRegular = 1e-3;  // of the normal matrix, over its largest entry
+constexpr double kRootTime = 3.0;  // over the tensions' time
+constexpr double kMostAcceleration_m_s2 = 0.1;
 constexpr double kMostBias = 0.5;  // share of a motor's largest tension
 
 bool Finite(const ReducedState& s) {
@@ -142,6 +144,7 @@ BiasEstimator::BiasEstimator(const ReducedModel& model, const reduced::StepSetti
 void BiasEstimator::Start(const ReducedState& state) {
   before_ = state;
   bias_.setZero();
+  propagator_.SetRootAcceleration(model::Vector3::Zero());
 }
 
 void BiasEstimator::Update(const ReducedState& state, const Eigen::Ref<const VectorX>& tensions) {
@@ -156,6 +159,13 @@ void BiasEstimator::Update(const ReducedState& state, const Eigen::Ref<const Vec
       rhs_.noalias() = weighted_.transpose() * error_;
       Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>>(normal_).solveInPlace(rhs_);
       const double share = std::min(elapsed / options_.disturbance_time_s, 1.0);
+      const model::Vector3 missed = error_.segment<3>(error_.size() / 2 + 3);
+      if (missed.allFinite() && propagator_.model().plant.root_free()) {
+        const double slow = std::min(elapsed / (kRootTime * options_.disturbance_time_s), 1.0);
+        const model::Vector3 a = root_acceleration_m_s2() + slow / elapsed * missed;
+        propagator_.SetRootAcceleration(
+            a.cwiseMax(-kMostAcceleration_m_s2).cwiseMin(kMostAcceleration_m_s2));
+      }
       if (rhs_.allFinite()) {
         bias_ = (bias_ + share * rhs_).cwiseMax(-most_).cwiseMin(most_);
       }

@@ -52,7 +52,8 @@ class Estimator {
 
 /// Bias d of the tensions as the motors' share of the prediction's error: each control period,
 ///   e = x measured - F(x before, u + d),  d += (T / tau) (B^T W B + lambda)^-1 B^T W e
-/// on the shape's coordinates, W by their scales.
+/// on the shape's coordinates, W by their scales. What is left in a free root's velocity becomes an
+/// acceleration in its own frame, found alike but slower (a pulse should not show in it).
 class BiasEstimator {
  public:
   BiasEstimator(const ReducedModel& model, const reduced::StepSettings& step,
@@ -63,6 +64,9 @@ class BiasEstimator {
   /// `tensions`: mean of what was pulled since the last call.
   void Update(const ReducedState& state, const Eigen::Ref<const VectorX>& tensions);
   const VectorX& bias() const { return bias_; }
+  const model::Vector3& root_acceleration_m_s2() const {
+    return propagator_.root_acceleration_m_s2();
+  }
 
  private:
   Propagator propagator_;

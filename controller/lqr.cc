@@ -136,7 +136,7 @@ SteeringModel LineariseSteering(const ReducedModel& model, const reduced::StepSe
       h * Kept(StateWeight(model, options, reference, nominal), out.first, true);
   out.q.bottomRightCorner(2, 2) =
       h * std::max(effort_factor * options.cost.effort, kLeastEffort) * metric;
-  out.r = h * std::max(options.cost.rate, kLeastRate) * metric;
+  out.r = h * std::max(effort_factor * options.cost.rate, kLeastRate) * metric;
   MatrixXd rows = MatrixXd::Zero(2, n);
   if (reference.has_tip()) {
     const int arm = reference.arm(), at = model.arm_first(arm);

@@ -12,10 +12,10 @@
 /// B_c c = (1/2) sum_i B_i n_i^T c, and their rates w, so that the cost's weight on rates counts:
 ///
 ///   x+ = A x + B_c (c + h w / 2),   c+ = c + h w,
-///   minimise  sum h [ x^T C^T D C x + effort c^T E c + rate w^T E w ]
+///   minimise  sum h [ x^T C^T D C x + f (effort c^T E c + rate w^T E w) ]
 /// with C, D the stage cost's own residuals (Gauss-Newton; the mean velocity's weight acts on the
-/// velocity), A and B one step of a control period. The gain follows from the discrete-time Riccati
-/// equation.
+/// velocity), f the parameter lqr_effort, A and B one step of a control period. The gain follows
+/// from the discrete-time Riccati equation.
 
 namespace mantle::controller {
 

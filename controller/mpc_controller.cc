@@ -60,6 +60,10 @@ class MpcController : public Controller {
     updated_s_ = t_s;
   }
 
+  void SetRootAcceleration(const model::Vector3& a_m_s2) override {
+    mpc_.propagator().SetRootAcceleration(a_m_s2);
+  }
+
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
     const Plan& plan = mpc_.plan();
     if (mpc_.status().outcome == Outcome::kSafe) {

@@ -29,7 +29,11 @@ reduced::StepOutcome Propagator::Step(const ReducedState& from, double h,
                                       reduced::StepJacobian* jacobian) {
   EvaluateInputs(model_.plant, from.time_s + 0.5 * h, false, &inputs_);
   ApplyControls(model_, tensions.data(), &inputs_);
-  return Divided(from, h, 0, to, jacobian);
+  const reduced::StepOutcome outcome = Divided(from, h, 0, to, jacobian);
+  if (outcome.ok && model_.plant.root_free()) {
+    to->v.segment<3>(3) += h * root_acceleration_m_s2_;
+  }
+  return outcome;
 }
 
 reduced::StepOutcome Propagator::Divided(const ReducedState& from, double h, int depth,

@@ -9,6 +9,9 @@
 ///
 ///   x_{k+1} = F(x_k, (u_k + u_{k+1}) / 2 + d, t_{k+1} - t_k),   d: bias of the tensions,
 ///   A_k = dF/dx in (zeta, dq, dv),  B_k = dF/du.
+///
+/// A constant acceleration of a free root [m/s^2, its own frame], which an estimator finds where
+/// the water pushes otherwise than the model believes, is added to F's velocity, times the step.
 
 namespace mantle::controller {
 
@@ -40,6 +43,8 @@ class Propagator {
                             bool with_jacobians, Trajectory* trajectory);
 
   const ReducedModel& model() const { return model_; }
+  void SetRootAcceleration(const model::Vector3& a_m_s2) { root_acceleration_m_s2_ = a_m_s2; }
+  const model::Vector3& root_acceleration_m_s2() const { return root_acceleration_m_s2_; }
 
  private:
   reduced::StepOutcome Divided(const ReducedState& from, double h, int depth, ReducedState* to,
@@ -49,6 +54,7 @@ class Propagator {
   reduced::StepSettings settings_;
   reduced::StepWork work_;
   model::PlantInputs inputs_;
+  model::Vector3 root_acceleration_m_s2_{model::Vector3::Zero()};
   VectorX mean_;
   std::vector<ReducedState> middle_;
   std::vector<reduced::StepJacobian> part_;

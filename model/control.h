@@ -116,11 +116,12 @@ struct Gait {
 struct BaselineGains {
   double gait_scale{1};    ///< of the gait's tensions
   double gait_period{1};   ///< of its period
+  double gait_lead_s{0};   ///< by which it acts earlier
   double proportional{2};  ///< pursuit, PID [N/rad; N/m for a tip]
   double integral{0};      ///< PID [N/(rad s); N/(m s)]
   double derivative{0};    ///< pursuit, PID [N s/rad; N s/m]
   double lookahead_s{0};   ///< along the reference
-  double lqr_effort{1};    ///< effort's weight over the cost's
+  double lqr_effort{1};    ///< weight of effort and rate over the cost's
   double speed_gain{0};    ///< of the gait's scale [1/m of along-track error; s/m of mean speed]
 };
 

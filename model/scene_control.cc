@@ -164,6 +164,7 @@ BaselineGains ReadGains(TomlReader t) {
   };
   g.gait_scale = t.Number("gait_scale", Quantity::kNumber, kNonNegative, g.gait_scale);
   g.gait_period = t.Number("gait_period", Quantity::kNumber, kPositive, g.gait_period);
+  g.gait_lead_s = t.Number("gait_lead", Quantity::kTime, kNonNegative, g.gait_lead_s);
   number("proportional", &g.proportional);
   number("integral", &g.integral);
   number("derivative", &g.derivative);

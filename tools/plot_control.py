@@ -53,7 +53,7 @@ def draw_planes(left, right, data, summary):
         axes.set_ylim(centre[longest] - half, centre[longest] + half)
         open_sides(axes)
     left.set_title("Path in two planes")
-    left.legend(loc="upper left")
+    right.legend(*left.get_legend_handles_labels(), ncol=2, loc="lower left", bbox_to_anchor=(0, 1))
 
 
 def draw_error(axes, data, summary):
@@ -64,7 +64,7 @@ def draw_error(axes, data, summary):
     goal = control.get("goal", {})
     if "tolerance_m" in goal:
         axes.axhline(1e3 * goal["tolerance_m"], color=COLOURS[1], linewidth=1.0, linestyle=":")
-    top = axes.get_ylim()[1]
+    top = 1.15 * axes.get_ylim()[1]
     for i, waypoint in enumerate(control.get("waypoints") or []):
         if waypoint["time_s"] is None:
             continue

@@ -134,7 +134,7 @@ TEST(Baselines, TheGaitGrowsWhereTheVehicleIsBehindAndNeverBeyondItsLimits) {
 TEST(Baselines, OnACircleTheGaitLeadsAndGrowsWithTheRadius) {
   const auto s = tests::SteeredTip();
   model::BaselineGains& g = s->options.baselines[0];
-  g.lookahead_s = 0.3;
+  g.gait_lead_s = 0.3;
   const auto controller = MakeBaseline(s->parts(), ControllerKind::kGait);
   controller->Start(InitialState(s->model));
   VectorX tensions(4);

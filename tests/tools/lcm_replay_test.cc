@@ -63,10 +63,10 @@ std::filesystem::path WriteLog(const std::filesystem::path& folder) {
   return folder / kTelemetryLogName;
 }
 
-void ReceiveAll(LcmLink& link, TelemetrySink& to) {
+void ReceiveAll(LcmLink& link, TelemetrySink& to, int messages = kMessages) {
   constexpr int kSlice_ms = 20;
   int received = 0;
-  firmware_sim::WaitUntil([&] { return (received += link.Receive(kSlice_ms, to)) >= kMessages; },
+  firmware_sim::WaitUntil([&] { return (received += link.Receive(kSlice_ms, to)) >= messages; },
                           kPatience_us);
 }
 
@@ -105,6 +105,25 @@ TEST(LcmReplay, WhatARunPublishesAnotherProcessHears) {
   EXPECT_EQ(sender.Wait(), 0);
   EXPECT_EQ(got.count, kMessages);
   EXPECT_EQ(got.last, OctopusMessages(kSamples - 1));
+}
+
+TEST(LcmReplay, WhatAClosedLoopPublishesIsWhatItLogs) {
+  if (!MulticastWorks()) GTEST_SKIP() << kNoMulticast;
+  const auto folder = FreshFolder("lcm_closed_loop");
+  const auto again = folder / "again";
+  std::filesystem::create_directory(again);
+  auto second_log = OpenLcm({.log_folder = again});
+  auto network = OpenLcm({.url = Url(), .receive = true});
+  firmware_sim::Process run(
+      {MANTLE_BINARY_DIR "/mantle", "run", MANTLE_SOURCE_DIR "/scenes/steer.toml", "--set",
+       "time.duration=1", "--lcm", Url(), "--out", (folder / "out").string()},
+      folder / "run.txt");
+  constexpr int kRows = 51, kPlans = 10;
+  ReceiveAll(*network, *second_log, 5 * kRows + kPlans);
+  EXPECT_EQ(run.Wait(), 0);
+  second_log->FinishLog();
+  EXPECT_EQ(network->counters().received, static_cast<std::uint64_t>(5 * kRows + kPlans));
+  EXPECT_EQ(ReadFile(again / kTelemetryLogName), ReadFile(folder / "out" / kTelemetryLogName));
 }
 
 }  // namespace

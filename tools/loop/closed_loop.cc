@@ -188,6 +188,7 @@ void ClosedLoop::Turn(long cycle, LoopResult* result) {
     pulled_s_ = 0;
     const std::int64_t deadline =
         options_.real_time ? Now_ns() + static_cast<std::int64_t>(1e9 * control_.deadline_s) : 0;
+    controller_->SetRootAcceleration(bias_.root_acceleration_m_s2());
     controller_->Update(t, estimate, command_, bias_.bias(), deadline);
     if (const controller::Mpc* mpc = controller_->mpc()) {
       result->prepare_s.push_back(mpc->status().prepare_s);

@@ -93,11 +93,13 @@ std::string ControlTable(const Json& summary) {
     row(fmt::format("waypoint {}", i + 1), Waypoint(c["waypoints"][i], Number(c["body_length_m"])));
   }
   row("cost", fmt::format("{:.5g}", Number(c["cost"])));
-  row("effort",
-      fmt::format("{:.4g} N^2 s; cables took {:.3g} J; energetic index {:.2f} %; mean "
-                  "speed {:.1f} mm/s",
-                  Number(c["effort_n2_s"]), Number(c["cable_work_j"]),
-                  100.0 * Number(c["energetic_index"]), 1e3 * Number(c["mean_speed_m_s"])));
+  std::string effort = fmt::format("{:.4g} N^2 s; cables took {:.3g} J", Number(c["effort_n2_s"]),
+                                   Number(c["cable_work_j"]));
+  if (c["goal"]["type"] != "circle") {  // it swims
+    effort += fmt::format("; energetic index {:.2f} % (ratio of means); mean speed {:.1f} mm/s",
+                          100.0 * Number(c["energetic_index"]), 1e3 * Number(c["mean_speed_m_s"]));
+  }
+  row("effort", effort);
   row("tensions", fmt::format("pulled minus asked {:.1f} mN (rms); limits cut {:.2f} % of what was "
                               "asked",
                               1e3 * Number(c["tension_error_n"]),

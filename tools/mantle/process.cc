@@ -25,7 +25,7 @@ void UseOneBlasThread() {
 }
 
 std::string LockMemory() {
-  mallopt(M_MMAP_THRESHOLD, INT_MAX);
+  mallopt(M_MMAP_MAX, 0);  // a threshold of mmap above 32 MiB would be refused
   mallopt(M_TRIM_THRESHOLD, INT_MAX);
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
   return fmt::format(

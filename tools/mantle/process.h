@@ -12,8 +12,8 @@ namespace mantle::tools {
 /// before any other thread exists.
 void UseOneBlasThread();
 
-/// Keeps freed memory in the process (malloc's mmap and trim thresholds high: the solver allocates
-/// on every solve), then locks what there is and will be into RAM. Returns what the system refused,
+/// Keeps freed memory in the process (no mapped blocks, no trimming: the solver allocates on every
+/// solve), then locks what there is and will be into RAM. Returns what the system refused,
 /// empty where nothing.
 std::string LockMemory();
 

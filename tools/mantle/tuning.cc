@@ -36,6 +36,7 @@ double FromUnit(const TunedParameter& p, double unit) {
 const TunedParameter kEvery[] = {
     {"gait_scale", &BaselineGains::gait_scale, 0, 0},
     {"gait_period", &BaselineGains::gait_period, 0, 0},
+    {"gait_lead", &BaselineGains::gait_lead_s, 0, 0},
     {"proportional", &BaselineGains::proportional, 0, 0},
     {"integral", &BaselineGains::integral, 0, 0},
     {"derivative", &BaselineGains::derivative, 0, 0},
@@ -48,12 +49,12 @@ const TunedParameter kEvery[] = {
 
 std::vector<TunedParameter> TunedParameters(ControllerKind kind, const model::ControlGoal& goal) {
   const bool circle = std::holds_alternative<model::CircleTask>(goal);
+  const bool cruise = std::holds_alternative<model::CruiseTask>(goal);
   const bool path = std::holds_alternative<model::PathTask>(goal);
   const bool feeds_back = kind == ControllerKind::kPursuit || kind == ControllerKind::kPid;
   std::vector<TunedParameter> out;
-  if (kind != ControllerKind::kLqr || !circle) {
-    out.push_back({"gait_scale", &BaselineGains::gait_scale, 0.0, 2.5});
-  }
+  out.push_back({"gait_scale", &BaselineGains::gait_scale, 0.0, circle ? 4.0 : 2.5});
+  if (circle) out.push_back({"gait_lead", &BaselineGains::gait_lead_s, 0.0, 2.0});
   if (!circle && !(path && feeds_back)) {
     out.push_back({"gait_period", &BaselineGains::gait_period, 0.6, 2.0});
   }
@@ -70,7 +71,7 @@ std::vector<TunedParameter> TunedParameters(ControllerKind kind, const model::Co
   if (kind == ControllerKind::kLqr) {
     out.push_back({"effort", &BaselineGains::lqr_effort, 1e-2, 1e2, true});
   }
-  if (circle || (path && kind != ControllerKind::kGait)) {
+  if (!cruise && kind != ControllerKind::kGait) {
     out.push_back({"lookahead", &BaselineGains::lookahead_s, 0.0, circle ? 1.0 : 5.0});
   }
   return out;
