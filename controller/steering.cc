@@ -15,8 +15,8 @@ constexpr double kVanishes = 1e-3;  // of the sum over the parts that cancel
 constexpr double kRate_s = 1e-3;    // of the reference's rate by differences
 constexpr double kTiny = 1e-9;
 
-// int R d(X) dX of one cable of the plant [m^2], in the root frame.
-Vector3 BendOf(const model::Plant& plant, int cable) {
+// int R d(X) dX of one cable of the plant [m^2], in the root frame; `parts` grows by int |d| dX.
+Vector3 BendOf(const model::Plant& plant, int cable, double* parts) {
   Vector3 sum = Vector3::Zero();
   for (std::size_t a = 0; a < plant.rods.size(); ++a) {
     const model::Rod& rod = plant.rods[a];
@@ -24,7 +24,9 @@ Vector3 BendOf(const model::Plant& plant, int cable) {
     if (cable < first || cable >= first + static_cast<int>(rod.cables.size())) continue;
     const auto& pieces = rod.cables[cable - first].pieces;
     for (std::size_t e = 0; e < pieces.size(); ++e) {
-      sum += (rod.x_m[e + 1] - rod.x_m[e]) * pieces[e].share * pieces[e].offset_m;
+      const double length = (rod.x_m[e + 1] - rod.x_m[e]) * pieces[e].share;
+      sum += length * pieces[e].offset_m;
+      *parts += length * pieces[e].offset_m.norm();
     }
     return rod.mount.rotation * sum;
   }
@@ -49,8 +51,9 @@ Eigen::Matrix2Xd PullDirections(const ReducedModel& model, int tip_arm) {
     for (const model::ActuatorTarget& target : motors[i].targets) {
       if (target.kind != model::ActuatorTarget::Kind::kCable) continue;
       if (tip_arm >= 0 && !BelongsTo(model.plant, target.index, tip_arm)) continue;
-      const Vector3 bend = target.gain * BendOf(model.plant, target.index);
-      whole += bend.norm();
+      double parts = 0;
+      const Vector3 bend = target.gain * BendOf(model.plant, target.index, &parts);
+      whole += std::abs(target.gain) * parts;
       if (tip_arm < 0) {
         sum += bend.head<2>();
       } else {
