@@ -255,6 +255,19 @@ TEST_F(ClosedLoopRun, AnInterruptTakesTheDrivesDownAndKeepsWhatWasReached) {
   }
 }
 
+TEST_F(ClosedLoopRun, ARunThatCannotGoOnSaysWhyAndKeepsWhatItReached) {
+  // The first pulses thrust with more than this bound, beyond which the jet is said to run away.
+  const Outcome outcome = Run("--out out --set effects.jet_thrust.runaway=0.02");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_NE(outcome.err.find("jet_thrust ran away at t = 0."), std::string::npos) << outcome.err;
+  EXPECT_EQ(FilesIn(folder_ / "out"),
+            (std::set<std::string>{"solver.csv.partial", "summary.json.partial",
+                                   "telemetry.lcmlog.partial", "trajectory.csv.partial"}));
+  const auto summary = ReadJson(folder_ / "out/summary.json.partial");
+  EXPECT_EQ(summary.at("complete"), false);
+  EXPECT_LT(summary.at("sim_time_s"), 1.0);
+}
+
 TEST_F(ClosedLoopRun, RefusesOptionsThatMeanNothingHere) {
   const std::string steer = "run " + Scene("steer"), paper = "run " + Scene("paper");
   const std::vector<std::pair<std::string, std::string>> cases = {
