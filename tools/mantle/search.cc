@@ -2,6 +2,7 @@
 
 #include <nlopt.h>
 
+#include <cmath>
 #include <exception>
 #include <limits>
 #include <memory>
@@ -30,6 +31,7 @@ struct Call {
   const std::function<double(const std::vector<double>&)>& objective;
   const std::function<bool()>& stop;
   nlopt_opt handle;
+  int most;
   SearchResult best;
   std::exception_ptr error;
 };
@@ -37,7 +39,7 @@ struct Call {
 double Evaluate(unsigned n, const double* x, double*, void* data) noexcept {
   Call& call = *static_cast<Call*>(data);
   try {
-    if (call.stop()) {
+    if (call.best.evaluations >= call.most || call.stop()) {  // some methods overdraw
       nlopt_force_stop(call.handle);
       return call.best.value;
     }
@@ -65,7 +67,9 @@ SearchResult Minimise(SearchMethod method, const std::vector<double>& start, dou
   const std::unique_ptr<nlopt_opt_s, void (*)(nlopt_opt)> handle(
       nlopt_create(AlgorithmOf(method), static_cast<unsigned>(start.size())), nlopt_destroy);
   if (!handle) throw std::bad_alloc();
-  Call call{objective, stop, handle.get(), {start, std::numeric_limits<double>::max(), 0}, {}};
+  Call call{
+      objective, stop, handle.get(), evaluations, {start, std::numeric_limits<double>::max(), 0},
+      {}};
   nlopt_srand(kSeed);
   nlopt_set_lower_bounds1(handle.get(), 0.0);
   nlopt_set_upper_bounds1(handle.get(), 1.0);

@@ -59,10 +59,10 @@ std::vector<TunedParameter> TunedParameters(ControllerKind kind, const model::Co
     out.push_back({"gait_period", &BaselineGains::gait_period, 0.6, 2.0});
   }
   if (!circle && kind != ControllerKind::kGait) {
-    out.push_back({"speed_gain", &BaselineGains::speed_gain, 0.0, path ? 40.0 : 60.0});
+    out.push_back({"speed_gain", &BaselineGains::speed_gain, 0.0, path ? 100.0 : 60.0});
   }
   if (feeds_back) {
-    out.push_back({"proportional", &BaselineGains::proportional, 0.0, circle ? 40.0 : 6.0});
+    out.push_back({"proportional", &BaselineGains::proportional, 0.0, circle ? 100.0 : 6.0});
     out.push_back({"derivative", &BaselineGains::derivative, 0.0, circle ? 8.0 : 4.0});
   }
   if (kind == ControllerKind::kPid) {
@@ -135,7 +135,9 @@ Tuning Tune(const model::Scene& scene, ControllerKind kind, const TuningSettings
   };
   const BaselineGains given = scene.control->baselines[Index(kind)];
   out.cost_before = cost(given);
-  BaselineGains start = given, sound = SoundStart(scene.control->goal);
+  BaselineGains start = given, sound = given;
+  const BaselineGains usual = SoundStart(scene.control->goal);
+  for (const TunedParameter& p : parameters) sound.*p.value = usual.*p.value;
   if (cost(sound) < out.cost_before) start = sound;
   std::vector<double> unit;
   for (const TunedParameter& p : parameters) unit.push_back(ToUnit(p, start.*p.value));
