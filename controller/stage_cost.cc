@@ -23,27 +23,28 @@ StageCost::StageCost(const ReducedModel& model, const model::ControlOptions& opt
                      const Reference& reference)
     : model_(model), options_(options), reference_(reference) {
   std::vector<double> weights;
-  const auto add = [&](double weight, int count, int* first) {
+  const auto add = [&](std::string_view name, double weight, int count, int* first) {
     if (weight <= 0) return;
     *first = static_cast<int>(weights.size());
+    terms_.push_back({name, *first, count});
     weights.insert(weights.end(), count, weight);
   };
   const model::CostWeights& c = options.cost;
-  if (reference.has_position()) add(c.position, 3, &position_);
+  if (reference.has_position()) add("position", c.position, 3, &position_);
   if (!reference.has_tip()) {
-    add(c.heading, 3, &heading_);
-    add(c.velocity, 3, &velocity_);
+    add("heading", c.heading, 3, &heading_);
+    add("velocity", c.velocity, 3, &velocity_);
   }
-  add(c.turn_rate, 3, &turn_);
+  add("turn_rate", c.turn_rate, 3, &turn_);
   if (reference.has_tip()) {
-    add(c.tip, 3, &tip_);
+    add("tip", c.tip, 3, &tip_);
     tip_jacobian_.resize(3, model.arms[reference.arm()].size());
   }
   const bool bounds_volume =
       std::any_of(options.bounds.begin(), options.bounds.end(),
                   [](const auto& b) { return b.quantity == Quantity::kVolume; });
   if (model.mantle) {
-    add(c.volume, 1, &volume_);
+    add("volume", c.volume, 1, &volume_);
     if (volume_ >= 0 || bounds_volume) {
       volume_function_.emplace_back(*model.mantle);
       const VectorX rest = VectorX::Zero(model.mantle->size);
@@ -70,6 +71,8 @@ StageCost::StageCost(const ReducedModel& model, const model::ControlOptions& opt
       }
     }
   }
+  const int outside = static_cast<int>(weights.size()) - bounds_;
+  if (outside > 0) terms_.push_back({"bounds", bounds_, outside});
   weights_ = Eigen::Map<const VectorX>(weights.data(), static_cast<Eigen::Index>(weights.size()));
 }
 

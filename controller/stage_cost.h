@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string_view>
 #include <vector>
 
 #include "controller/reference.h"
@@ -34,6 +35,17 @@ class StageCost {
 
   /// sum d_i r_i^2 of the last Evaluate's residual.
   double Value(const VectorX& residual) const { return weights_.dot(residual.cwiseAbs2()); }
+  /// Rows of one named weight of the scene; soft bounds are one term.
+  struct Term {
+    std::string_view name;  ///< as in the scene's table control.cost
+    int first, count;
+  };
+  const std::vector<Term>& terms() const { return terms_; }
+  /// What a term adds, of the last Evaluate's residual.
+  double Value(const VectorX& residual, const Term& term) const {
+    return weights_.segment(term.first, term.count)
+        .dot(residual.segment(term.first, term.count).cwiseAbs2());
+  }
   /// Of tensions u and their rates.
   double InputValue(const Eigen::Ref<const VectorX>& u,
                     const Eigen::Ref<const VectorX>& rate) const;
@@ -51,6 +63,7 @@ class StageCost {
   const model::ControlOptions& options_;
   const Reference& reference_;
   VectorX weights_;
+  std::vector<Term> terms_;
   int position_{-1}, heading_{-1}, velocity_{-1}, turn_{-1}, tip_{-1}, volume_{-1}, bounds_{-1};
   std::vector<reduced::VolumeFunction> volume_function_;  ///< none or one
   double reference_volume_m3_{1};

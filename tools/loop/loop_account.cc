@@ -26,6 +26,11 @@ void LoopAccount::Start(const Vector3& position, LoopResult* result) {
   if (const auto* goal = std::get_if<model::PathTask>(&control_.goal)) {
     result->waypoints.assign(goal->waypoints.size(), {controller::kInfinity, 0.0, false});
   }
+  for (const controller::StageCost::Term& term : cost_.terms()) {
+    result->cost_terms.emplace_back(term.name, 0.0);
+  }
+  for (const char* name : {"effort", "rate"}) result->cost_terms.emplace_back(name, 0.0);
+  if (cost_.has_mean_velocity()) result->cost_terms.emplace_back("mean_velocity", 0.0);
   result->error_name = reference_.has_position() ? "position_m"
                        : reference_.has_tip()    ? "tip_m"
                                                  : "mean_speed_m_s";
@@ -73,11 +78,17 @@ double LoopAccount::Look(const ReducedState& truth, const model::PlantState& pla
 void LoopAccount::Add(const ReducedState& truth, double dt, const VectorX& command,
                       const VectorX& before, const VectorX& pulled, LoopResult* r) {
   cost_.Evaluate(truth, &residual_, nullptr);
-  double stage = cost_.Value(residual_) + cost_.InputValue(command, (command - before) / dt);
+  auto at = r->cost_terms.begin();
+  const auto add = [&](double value) {
+    (at++)->second += dt * value;
+    r->cost += dt * value;
+  };
+  for (const controller::StageCost::Term& term : cost_.terms()) add(cost_.Value(residual_, term));
+  add(control_.cost.effort * command.squaredNorm());
+  add(control_.cost.rate * ((command - before) / dt).squaredNorm());
   if (cost_.has_mean_velocity()) {
-    stage += control_.cost.mean_velocity * MeanVelocityError(truth).squaredNorm();
+    add(control_.cost.mean_velocity * MeanVelocityError(truth).squaredNorm());
   }
-  r->cost += dt * stage;
   if (error_counts_) {
     r->mean_error += dt * error_;
     error_time_s_ += dt;

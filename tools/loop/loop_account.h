@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "controller/condensed.h"
@@ -23,6 +24,7 @@ struct LoopResult {
   std::string reason;
   double time_s{0}, wall_s{0};
   double cost{0};  ///< integral of the stage cost (model/control.h) over the true states
+  std::vector<std::pair<std::string, double>> cost_terms;  ///< its shares by the scene's weights
   /// Distance of the root from its reference, of the tip from its (after the approach), speed's
   /// error over a pulse [m, m, m/s]: mean and largest; and at the end.
   double mean_error{0}, max_error{0}, final_error{0};

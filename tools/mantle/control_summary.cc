@@ -154,6 +154,8 @@ Json ControlSummary(const ControlReport& report) {
   j["goal"] = GoalJson(control.goal, report.loop->plant());
   j["body_length_m"] = report.loop->plant().body_length_m;
   j["cost"] = r.cost;
+  j["cost_terms"] = Json::object();
+  for (const auto& [name, cost] : r.cost_terms) j["cost_terms"][name] = cost;
   j["error"] = {{"name", r.error_name},
                 {"mean", r.mean_error},
                 {"max", r.max_error},

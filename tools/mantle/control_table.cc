@@ -92,7 +92,12 @@ std::string ControlTable(const Json& summary) {
   for (std::size_t i = 0; i < c["waypoints"].size(); ++i) {
     row(fmt::format("waypoint {}", i + 1), Waypoint(c["waypoints"][i], Number(c["body_length_m"])));
   }
-  row("cost", fmt::format("{:.5g}", Number(c["cost"])));
+  std::string terms;
+  for (const auto& [name, cost] : c["cost_terms"].items()) {
+    if (Number(cost) == 0) continue;
+    terms += fmt::format("{}{} {:.3g}", terms.empty() ? ": " : ", ", name, Number(cost));
+  }
+  row("cost", fmt::format("{:.5g}{}", Number(c["cost"]), terms));
   std::string effort = fmt::format("{:.4g} N^2 s; cables took {:.3g} J", Number(c["effort_n2_s"]),
                                    Number(c["cable_work_j"]));
   if (c["goal"]["type"] != "circle") {  // it swims
