@@ -25,14 +25,13 @@ struct Rig {
         propagator(model, step),
         state(InitialState(model)),
         next(state),
-        tensions(model::VectorX::Zero(model.input_count())),
-        bias(tensions) {
+        tensions(model::VectorX::Zero(model.input_count())) {
     controller->Start(state);
   }
 
   // One control period; returns the time of the MPC step in ms.
   double Turn() {
-    controller->Update(state.time_s, &state, tensions, bias, 0);
+    controller->Update(state.time_s, &state, tensions, 0);
     const controller::MpcStatus& status = controller->mpc()->status();
     controller->Command(state.time_s + scene.control->period_s, &state, tensions);
     propagator.Step(state, scene.control->period_s, tensions, &next, nullptr);
@@ -48,7 +47,7 @@ struct Rig {
   std::unique_ptr<controller::Controller> controller;
   controller::Propagator propagator;
   reduced::ReducedState state, next;
-  model::VectorX tensions, bias;
+  model::VectorX tensions;
 };
 
 void MpcStep(benchmark::State& bench) {

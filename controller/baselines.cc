@@ -65,8 +65,10 @@ class Baseline : public Controller {
   }
 
   void Update(double, const ReducedState*, const Eigen::Ref<const VectorX>&,
-              const Eigen::Ref<const VectorX>& bias, std::int64_t) override {
-    if (bias.allFinite()) bias_ = bias;
+              std::int64_t) override {}
+
+  void SetDisturbance(const Disturbance& disturbance) override {
+    if (disturbance.bias_n.allFinite()) bias_ = disturbance.bias_n;
   }
 
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {

@@ -13,8 +13,6 @@ constexpr double kActive_n = 2e-4;
 constexpr double kPenalty = 1e7;
 /// What a row left out of the program may be broken by [N].
 constexpr double kSlack_n = 0.01;
-/// Nodes where a pulse is lower say little of its height.
-constexpr double kTellingShape = 0.25;
 
 }  // namespace
 
@@ -26,7 +24,7 @@ Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCos
       options_(options),
       motors_(model.input_count()),
       columns_(2 * model.velocity_count()) {
-  const int decisions = motors_ * horizon.knot_count(), nodes = horizon.steps() + 1;
+  const int decisions = horizon.decision_count(), nodes = horizon.steps() + 1;
   hessian_.setZero(decisions, decisions);
   sensitivity_.setZero(decisions, columns_);
   gradient_.setZero(decisions);
@@ -43,6 +41,8 @@ Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCos
   moved_.setZero(decisions, columns_);
   kkt_.setZero(decisions, decisions);
   kkt_rhs_.setZero(decisions, columns_);
+  free_.reserve(decisions);
+  place_.resize(decisions);
   MakeRows();
   for (int j = 0; j < decisions; ++j) {
     for (int i = j; i < decisions; ++i) {
@@ -53,49 +53,34 @@ Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCos
 }
 
 void Condensed::Row::Add(int decision, double factor) {
-  for (int i = 0; i < count; ++i) {
-    if (at[i] != decision) continue;
-    by[i] += factor;
-    return;
-  }
   at[count] = decision;
   by[count++] = factor;
 }
 
 void Condensed::AddNode(int k, int motor, double factor, Row* row) const {
+  const Horizon::Hat& hat = horizon_.hat(k, motor);
   for (int i : {0, 1}) {
-    const int knot = horizon_.hats[k].knot[i];
-    if (knot >= 0) {
-      row->Add(knot * motors_ + motor, factor * shape_(motor, k) * horizon_.hats[k].weight[i]);
-    }
+    if (hat.decision[i] >= 0) row->Add(hat.decision[i], factor * hat.weight[i]);
   }
 }
 
-// Rows in the order of BoundRows; a pattern that holds whatever the shapes are.
+// Nodes between knots, then the slope towards every knot. The bounds at knots are those of w.
 void Condensed::MakeRows() {
-  shape_.setOnes(motors_, horizon_.steps() + 1);
   for (int k = 1; k <= horizon_.steps(); ++k) {
     for (int i = 0; i < motors_; ++i) {
-      if (horizon_.hats[k].weight[1] == 1.0 && !decides_amplitude(i)) continue;  // a plain bound
+      if (horizon_.decides(k, i)) continue;
       rows_.emplace_back();
       AddNode(k, i, 1.0, &rows_.back());
     }
   }
-  int from = 0;
-  for (int b = 0; b < horizon_.knot_count(); ++b) {
-    const int to = horizon_.knots[b];
-    for (int i = 0; i < motors_; ++i) {
-      for (int k = from; k < (decides_amplitude(i) ? to : from + 1); ++k) {
-        rows_.emplace_back();
-        AddNode(decides_amplitude(i) ? k + 1 : to, i, 1.0, &rows_.back());
-        AddNode(k, i, -1.0, &rows_.back());
-      }
-    }
-    from = to;
+  for (int j = 0; j < horizon_.decision_count(); ++j) {
+    rows_.emplace_back();
+    rows_.back().Add(j, 1.0);
+    if (horizon_.decisions[j].before >= 0) rows_.back().Add(horizon_.decisions[j].before, -1.0);
   }
   used_.reserve(rows_.size());
-  jacobian_pattern_.row.reserve(4 * rows_.size());
-  jacobian_pattern_.column.reserve(4 * rows_.size());
+  jacobian_pattern_.row.reserve(2 * rows_.size());
+  jacobian_pattern_.column.reserve(2 * rows_.size());
 }
 
 void Condensed::ChooseRows() {
@@ -119,78 +104,37 @@ void Condensed::ChooseRows() {
   }
 }
 
-// Height of the pulse that the plan has about a knot, over the lower limit.
-double Condensed::PlannedAmplitude(const Trajectory& t, int knot, int motor) const {
-  double shape = kTellingShape, amplitude = 0;
+void Condensed::BoundRows(const Trajectory& t) {
+  auto row = rows_.begin();
   for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Horizon::Hat& hat = horizon_.hats[k];
-    if ((hat.knot[0] != knot && hat.knot[1] != knot) || t.shape(motor, k) < shape) continue;
-    shape = t.shape(motor, k);
-    amplitude = (t.tensions(motor, k) - options_.motors[motor].min_tension_n) / shape;
-  }
-  return amplitude;
-}
-
-void Condensed::BoundNodes(const Trajectory& t, std::size_t* r) {
-  for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Horizon::Hat& hat = horizon_.hats[k];
     for (int i = 0; i < motors_; ++i) {
       const model::MotorLimits& limits = options_.motors[i];
       const double low = std::min(limits.min_tension_n - t.tensions(i, k), 0.0);
       const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
-      const bool knot = hat.weight[1] == 1.0;
-      if (knot) {
-        const double range = limits.max_tension_n - limits.min_tension_n;
-        const double amplitude =
-            decides_amplitude(i) ? std::clamp(PlannedAmplitude(t, hat.knot[1], i), 0.0, range) : 0;
-        const int at = hat.knot[1] * motors_ + i;
-        low_(at) = decides_amplitude(i) ? -amplitude : low;
-        high_(at) = decides_amplitude(i) ? range - amplitude : high;
-        if (!decides_amplitude(i)) continue;
+      if (horizon_.decides(k, i)) {
+        low_(horizon_.hat(k, i).decision[1]) = low;
+        high_(horizon_.hat(k, i).decision[1]) = high;
+      } else {
+        row->low = low;
+        row->high = high;
+        ++row;
       }
-      Row& row = rows_[(*r)++];
-      row.by = {};
-      AddNode(k, i, 1.0, &row);
-      row.low = low;
-      row.high = high;
     }
   }
-}
-
-void Condensed::BoundSlopes(const Trajectory& t, std::size_t* r) {
-  int from = 0;
-  for (int b = 0; b < horizon_.knot_count(); ++b) {
-    const int to = horizon_.knots[b];
-    const double length = horizon_.time_s[to] - horizon_.time_s[from];
-    for (int i = 0; i < motors_; ++i) {
-      const double most = options_.motors[i].max_rate_n_s;
-      double low = -kInfinity, high = kInfinity;
-      for (int k = from; k < to; ++k) {
-        const double h = horizon_.step(k), change = t.tensions(i, k + 1) - t.tensions(i, k);
-        if (decides_amplitude(i)) {
-          Row& row = rows_[(*r)++];
-          row.by = {};
-          AddNode(k + 1, i, 1.0, &row);
-          AddNode(k, i, -1.0, &row);
-          row.low = std::min(-most * h - change, 0.0);
-          row.high = std::max(most * h - change, 0.0);
-        } else {
-          low = std::max(low, -most - change / h);
-          high = std::min(high, most - change / h);
-        }
-      }
-      if (decides_amplitude(i)) continue;
-      rows_[*r].low = std::min(low * length, 0.0);
-      rows_[(*r)++].high = std::max(high * length, 0.0);
+  for (const Horizon::Decision& d : horizon_.decisions) {
+    const double most = options_.motors[d.motor].max_rate_n_s;
+    double low = -kInfinity, high = kInfinity;
+    for (int k = d.from; k < d.at; ++k) {
+      const double slope =
+          (t.tensions(d.motor, k + 1) - t.tensions(d.motor, k)) / horizon_.step(k);
+      low = std::max(low, -most - slope);
+      high = std::min(high, most - slope);
     }
-    from = to;
+    const double length = horizon_.time_s[d.at] - horizon_.time_s[d.from];
+    row->low = std::min(low * length, 0.0);
+    row->high = std::max(high * length, 0.0);
+    ++row;
   }
-}
-
-void Condensed::BoundRows(const Trajectory& t) {
-  std::size_t row = 0;
-  BoundNodes(t, &row);
-  BoundSlopes(t, &row);
   ChooseRows();
 }
 
@@ -222,11 +166,11 @@ void Condensed::AddInputCost(const Trajectory& t, Eigen::MatrixXd* hessian,
     int count = 0;
     const auto gather = [&](int node, double factor) {
       if (node <= 0) return;
+      const Horizon::Hat& hat = horizon_.hat(node, motor);
       for (int i : {0, 1}) {
-        const int knot = horizon_.hats[node].knot[i];
-        if (knot < 0) continue;
-        at[count] = knot * motors_ + motor;
-        by[count++] = factor * t.shape(motor, node) * horizon_.hats[node].weight[i];
+        if (hat.decision[i] < 0) continue;
+        at[count] = hat.decision[i];
+        by[count++] = factor * hat.weight[i];
       }
     };
     gather(node_a, by_a);
@@ -249,23 +193,22 @@ void Condensed::AddInputCost(const Trajectory& t, Eigen::MatrixXd* hessian,
 
 void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, double levenberg) {
   const int steps = horizon_.steps();
-  shape_ = t.shape;
   hessian_.setZero();
   base_gradient_.setZero();
   g_.setZero();
   next_.setZero();  // columns not yet active change places with those of g_
   for (Eigen::MatrixXd& y : adjoint_) y.setZero();
   for (int k = 0; k < steps; ++k) {
-    const int active = (horizon_.hats[k + 1].knot[1] + 1) * motors_;
+    const int active = horizon_.Active(k + 1);
     const reduced::StepJacobian& j = t.jacobians[k];
     next_.leftCols(active).noalias() = j.state * g_.leftCols(active);
     for (const int node : {k, k + 1}) {
-      for (int i : {0, 1}) {
-        const int knot = horizon_.hats[node].knot[i];
-        if (knot < 0) continue;
-        for (int m = 0; m < motors_; ++m) {
-          next_.col(knot * motors_ + m) +=
-              (0.5 * shape_(m, node) * horizon_.hats[node].weight[i]) * j.input.col(m);
+      for (int m = 0; m < motors_; ++m) {
+        const Horizon::Hat& hat = horizon_.hat(node, m);
+        for (int i : {0, 1}) {
+          if (hat.decision[i] >= 0) {
+            next_.col(hat.decision[i]) += (0.5 * hat.weight[i]) * j.input.col(m);
+          }
         }
       }
     }
@@ -287,7 +230,9 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
   }
   if (cost_.has_mean_velocity()) AddMeanVelocity(t, history);
   AddInputCost(t, &hessian_, &base_gradient_);
-  hessian_.diagonal().array() += levenberg;
+  for (int j = 0; j < variables(); ++j) {
+    hessian_(j, j) += 2 * levenberg * horizon_.decisions[j].length_s;
+  }
   BoundRows(t);
   // F_k = M_k + Y_k, M_{k-1} = (M_k + Y_k) A_{k-1}
   sensitivity_.setZero();
@@ -376,16 +321,22 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
                       std::vector<Eigen::MatrixXd>* gains) {
   count = std::min({count, kMostGains, horizon_.steps()});
   gains->resize(count);
-  const int decisions = static_cast<int>(gradient_.size());
   for (int k = 0; k < count; ++k) {
-    int knot = 0;
-    while (horizon_.knots[knot] <= k) ++knot;
-    const int first = knot * motors_, size = decisions - first;
+    free_.clear();  // what is decided at node k + 1 or later
+    for (int j = 0; j < variables(); ++j) {
+      place_[j] = horizon_.decisions[j].at > k ? static_cast<int>(free_.size()) : -1;
+      if (place_[j] >= 0) free_.push_back(j);
+    }
+    const int size = static_cast<int>(free_.size());
     Eigen::Ref<Eigen::MatrixXd> h = kkt_.topLeftCorner(size, size);
-    h = hessian_.bottomRightCorner(size, size);
+    auto rhs = kkt_rhs_.topRows(size);
+    for (int j = 0; j < size; ++j) {
+      for (int i = 0; i < size; ++i) h(i, j) = hessian_(free_[i], free_[j]);
+      rhs.row(j) = tail_[k].row(free_[j]);
+    }
     const double penalty = kPenalty * h.diagonal().maxCoeff();
     for (int i = 0; i < size; ++i) {
-      const int at = first + i;
+      const int at = free_[i];
       if (w(at) - low_(at) < kActive_n || high_(at) - w(at) < kActive_n) h(i, i) += penalty;
     }
     for (const int r : used_) {
@@ -394,23 +345,23 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
       if (value - row.low > kActive_n && row.high - value > kActive_n) continue;
       for (int i = 0; i < row.count; ++i) {
         for (int j = 0; j < row.count; ++j) {
-          if (row.at[i] < first || row.at[j] < first) continue;
-          h(row.at[i] - first, row.at[j] - first) += penalty * row.by[i] * row.by[j];
+          const int a = place_[row.at[i]], b = place_[row.at[j]];
+          if (a >= 0 && b >= 0) h(a, b) += penalty * row.by[i] * row.by[j];
         }
       }
     }
-    auto rhs = kkt_rhs_.topRows(size);
-    rhs = tail_[k].bottomRows(size);
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(h);
     factor.matrixL().solveInPlace(rhs);
     factor.matrixU().solveInPlace(rhs);
-    const Horizon::Hat& hat = horizon_.hats[k + 1];
     Eigen::MatrixXd& gain = (*gains)[k];
     gain.setZero(motors_, columns_);
-    for (int i : {0, 1}) {
-      if (hat.knot[i] < knot) continue;
-      gain -= (hat.weight[i] * shape_.col(k + 1)).asDiagonal() *
-              rhs.middleRows((hat.knot[i] - knot) * motors_, motors_);
+    for (int m = 0; m < motors_; ++m) {
+      const Horizon::Hat& hat = horizon_.hat(k + 1, m);
+      for (int i : {0, 1}) {
+        if (hat.decision[i] >= 0 && place_[hat.decision[i]] >= 0) {
+          gain.row(m) -= hat.weight[i] * rhs.row(place_[hat.decision[i]]);
+        }
+      }
     }
   }
 }

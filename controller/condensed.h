@@ -4,15 +4,15 @@
 #include "controller/stage_cost.h"
 #include "controller/trajectory.h"
 
-/// The optimal control problem about a trajectory, condensed onto the knots' changes w.
+/// The optimal control problem about a trajectory, condensed onto the decisions w.
 ///
 ///   delta x_{k+1} = A_k delta x_k + B_k (E_k + E_{k+1}) / 2 w,   delta x_k = Phi_k delta x_0 + G_k
-///   w, J(w, delta x_0) ~ sum_k h_k |r_k + C_k delta x_k|^2_D + effort + rate + LM |E w|^2
+///   w, J(w, delta x_0) ~ sum_k h_k |r_k + C_k delta x_k|^2_D + effort + rate + levenberg int |E w|^2
 ///                   = w^T H w / 2 + (g + F delta x_0)^T w + const
 ///
 /// (Gauss-Newton; Bock & Plitt, 1984; Diehl et al., real-time iteration, 2002), subject to bounds
 /// of every node's tension and of every interval's slope. Within a block between knots the change
-/// is linear in time, so one row per block and motor bounds all its slopes. Rows that the bounds of
+/// is linear in time, so one row per decision bounds all its slopes. Rows that the bounds of
 /// w leave no room to break by more than kSlack_n are left out, as the plan is clipped to its
 /// limits anyway; this halves the program.
 ///
@@ -95,11 +95,11 @@ class Condensed : public Program {
                double* values) override;
 
  private:
-  /// One linear row of the program. The knots that move two neighbouring nodes are at most three.
+  /// One linear row of the program: a node between two knots, or the slope from one to the next.
   struct Row {
     int count{0};
-    std::array<int, 4> at{};
-    std::array<double, 4> by{};
+    std::array<int, 2> at{};
+    std::array<double, 2> by{};
     double low{-kInfinity}, high{kInfinity};
 
     double Value(const Eigen::Ref<const VectorX>& w) const {
@@ -111,11 +111,7 @@ class Condensed : public Program {
   };
   /// What node k of a motor moves by: row += factor (its hats).
   void AddNode(int k, int motor, double factor, Row* row) const;
-  bool decides_amplitude(int motor) const { return options_.motors[motor].decides_amplitude; }
   void MakeRows();
-  void BoundNodes(const Trajectory& trajectory, std::size_t* row);
-  void BoundSlopes(const Trajectory& trajectory, std::size_t* row);
-  double PlannedAmplitude(const Trajectory& trajectory, int knot, int motor) const;
   void ChooseRows();
   void BoundRows(const Trajectory& trajectory);
   void AddMeanVelocity(const Trajectory& trajectory, const PositionHistory& history);
@@ -131,7 +127,7 @@ class Condensed : public Program {
   VectorX gradient_, base_gradient_, low_, high_;
   std::vector<Row> rows_;
   std::vector<int> used_;  ///< of rows_, in the program
-  Eigen::MatrixXd shape_;  ///< of the trajectory
+  std::vector<int> free_, place_;  ///< of Gains
   SparsePattern jacobian_pattern_, hessian_pattern_;
   std::vector<VectorX> residuals_;
   std::vector<Eigen::MatrixXd> jacobians_, projected_, positions_, adjoint_, tail_;

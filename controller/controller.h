@@ -19,10 +19,9 @@ class Controller {
   /// Every control period, with the estimate for now; null where there is none that is finite.
   /// `deadline_ns` as in SolveOptions. `tensions` are those asked for last.
   virtual void Update(double t_s, const ReducedState* estimate,
-                      const Eigen::Ref<const VectorX>& tensions,
-                      const Eigen::Ref<const VectorX>& bias, std::int64_t deadline_ns) = 0;
-  /// The estimated acceleration of a free root that the model does not know of (estimator.h).
-  virtual void SetRootAcceleration(const model::Vector3&) {}
+                      const Eigen::Ref<const VectorX>& tensions, std::int64_t deadline_ns) = 0;
+  /// Before Update: what the model was found to miss. A controller without a model ignores it.
+  virtual void SetDisturbance(const Disturbance&) {}
   /// Every SYNC: tensions to ask for at t_s, not yet limited. No allocation.
   virtual void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) = 0;
   /// Null where the controller makes no plans.

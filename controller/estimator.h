@@ -1,23 +1,24 @@
 #pragma once
 
 #include <deque>
+#include <optional>
 
-#include "controller/trajectory.h"
-#include "model/control.h"
+#include "controller/state_filter.h"
 
-/// From measurements to the state a controller uses, and to the tensions' bias that explains what
-/// the model did not foresee. This is the seam where another estimator fits.
+/// From measurements to the state a controller uses, and to the disturbances that explain what the
+/// model did not foresee. This is the seam where another estimator fits.
 ///
-/// Direct: the newest measurement, carried by the model from when it was taken to now. Observer:
-/// the model runs along; a measurement taken at t_m moves the estimate by gain times the
-/// difference to what was estimated for t_m.
+/// The state: the newest measurement, or (observer) what the filter makes of all of them; carried
+/// by the model from when it was taken to now, with what was pulled meanwhile.
 
 namespace mantle::controller {
 
 class Estimator {
  public:
+  /// `model` must outlive it.
   Estimator(const ReducedModel& model, const reduced::StepSettings& step,
-            const model::EstimatorOptions& options);
+            const model::EstimatorOptions& options, const model::SensorOptions& sensors,
+            const std::vector<model::MotorLimits>& limits);
 
   void Start(const ReducedState& state);
   /// The time is now t_s; `tensions` were pulled since the last call. `measured`, null where none
@@ -25,56 +26,27 @@ class Estimator {
   void Update(double t_s, const Eigen::Ref<const VectorX>& tensions, const ReducedState* measured);
 
   const ReducedState& state() const { return state_; }
+  /// None where it is not wanted.
+  const Disturbance& disturbance() const { return propagator_.disturbance(); }
   /// Seconds since the newest measurement was taken.
   double age_s() const { return state_.time_s - measured_s_; }
   bool valid() const { return valid_; }
 
  private:
-  struct Entry {
-    double time_s;
-    VectorX tensions;    ///< until time_s
-    ReducedState state;  ///< estimated for time_s
+  struct Pull {
+    double until_s;
+    VectorX tensions;
   };
-  const Entry* EntryAt(double t_s) const;
-  void TakeDirectly(const ReducedState& measured);
-  void Observe(const ReducedState& measured);
-  void Predict(const ReducedState& from, double t_s, const Eigen::Ref<const VectorX>& tensions,
-               ReducedState* to);
+  bool Filter(double t_s, const ReducedState* measured);
+  void Carry(double t_s, const Eigen::Ref<const VectorX>& tensions);
 
   Propagator propagator_;
-  model::EstimatorOptions options_;
+  bool observer_;
+  std::optional<StateFilter> filter_;
   ReducedState state_, next_;
-  VectorX innovation_;
-  std::deque<Entry> history_;
+  std::deque<Pull> pulls_;
   double measured_s_{0};
   bool valid_{false};
-};
-
-/// Bias d of the tensions as the motors' share of the prediction's error: each control period,
-///   e = x measured - F(x before, u + d),  d += (T / tau) (B^T W B + lambda)^-1 B^T W e
-/// on the shape's coordinates, W by their scales. What is left in a free root's velocity becomes an
-/// acceleration in its own frame, found alike but slower (a pulse should not show in it).
-class BiasEstimator {
- public:
-  BiasEstimator(const ReducedModel& model, const reduced::StepSettings& step,
-                const model::EstimatorOptions& options,
-                const std::vector<model::MotorLimits>& limits);
-
-  void Start(const ReducedState& state);
-  /// `tensions`: mean of what was pulled since the last call.
-  void Update(const ReducedState& state, const Eigen::Ref<const VectorX>& tensions);
-  const VectorX& bias() const { return bias_; }
-  const model::Vector3& root_acceleration_m_s2() const {
-    return propagator_.root_acceleration_m_s2();
-  }
-
- private:
-  Propagator propagator_;
-  model::EstimatorOptions options_;
-  VectorX bias_, most_, weight_, error_, held_, rhs_;
-  Eigen::MatrixXd normal_, weighted_;
-  ReducedState before_, predicted_;
-  reduced::StepJacobian jacobian_;
 };
 
 }  // namespace mantle::controller

@@ -22,16 +22,6 @@ void GaitTensions(const model::Gait& gait, double t_s, Eigen::Ref<Eigen::VectorX
   }
 }
 
-void GaitShape(const model::Gait& gait, const std::vector<model::MotorLimits>& motors, double t_s,
-               Eigen::Ref<Eigen::VectorXd> shape) {
-  for (std::size_t i = 0; i < motors.size(); ++i) {
-    const model::GaitPulse& p = gait.motors[i];
-    const bool amplitude = motors[i].decides_amplitude && p.high_n > p.low_n;
-    shape(static_cast<Eigen::Index>(i)) =
-        amplitude ? (PulseTension(p, gait.period_s, t_s) - p.low_n) / (p.high_n - p.low_n) : 1.0;
-  }
-}
-
 model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale) {
   model::Gait scaled = gait;
   scaled.period_s *= period_scale;

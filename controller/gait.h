@@ -16,11 +16,6 @@ double PulseTension(const model::GaitPulse& pulse, double period_s, double t_s);
 /// Of every motor.
 void GaitTensions(const model::Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions);
 
-/// What a change of decision does to a tension at t ([horizon.h]): 1, or for motors that decide an
-/// amplitude (tension - low) / (high - low).
-void GaitShape(const model::Gait& gait, const std::vector<model::MotorLimits>& motors, double t_s,
-               Eigen::Ref<Eigen::VectorXd> shape);
-
 /// The gait with tensions above `low` scaled, and its period.
 model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale);
 

@@ -35,7 +35,7 @@ Mpc::Mpc(const ReducedModel& model, const reduced::StepSettings& step,
     : model_(model),
       options_(options),
       reference_(reference),
-      horizon_(MakeHorizon(options.grid)),
+      horizon_(MakeHorizon(options.grid, options.motors)),
       cost_(model, options_, reference),
       propagator_(model, step),
       trajectory_(model, horizon_),
@@ -47,8 +47,8 @@ Mpc::Mpc(const ReducedModel& model, const reduced::StepSettings& step,
   deviation_.setZero(2 * model.velocity_count());
   moved_ = deviation_;
   change_.setZero(condensed_.variables());
-  bias_.setZero(motors);
-  gait_ = gait_end_ = bias_;
+  gait_.setZero(motors);
+  gait_end_ = gait_;
   plan_.time_s.resize(horizon_.steps() + 1);
   plan_.tensions.setZero(motors, horizon_.steps() + 1);
   plan_.states = trajectory_.states;
@@ -73,10 +73,6 @@ void Mpc::Start(const ReducedState& state) {
 void Mpc::Shift(double start_s, const Eigen::Ref<const VectorX>& tensions) {
   Eigen::MatrixXd& u = trajectory_.tensions;
   u.col(0) = tensions;
-  for (int k = 0; k <= horizon_.steps(); ++k) {
-    GaitShape(options_.gait, options_.motors, start_s + horizon_.time_s[k],
-              trajectory_.shape.col(k));
-  }
   GaitTensions(options_.gait, plan_.end_s(), gait_end_);
   for (int k = 1; k <= horizon_.steps(); ++k) {
     const double t = start_s + horizon_.time_s[k];
@@ -91,19 +87,17 @@ void Mpc::Shift(double start_s, const Eigen::Ref<const VectorX>& tensions) {
   }
 }
 
-void Mpc::Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>& tensions,
-                  const Eigen::Ref<const VectorX>& bias) {
+void Mpc::Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>& tensions) {
   const auto begin = std::chrono::steady_clock::now();
   status_ = {};
   prepared_ = false;
-  bias_ = bias;
-  if (!Finite(expected) || !tensions.allFinite() || !bias.allFinite()) {
+  if (!Finite(expected) || !tensions.allFinite()) {
     status_.cause = "the expected state is not finite";
     ++counters_.bad_states;
   } else {
     Shift(expected.time_s, tensions);
     trajectory_.states[0] = expected;
-    const reduced::StepOutcome outcome = propagator_.Roll(horizon_, bias_, true, &trajectory_);
+    const reduced::StepOutcome outcome = propagator_.Roll(horizon_, true, &trajectory_);
     if (outcome.ok) {
       condensed_.Prepare(trajectory_, history_, options_.levenberg);
       prepared_ = true;
@@ -173,7 +167,7 @@ void Mpc::SolveConverged(const ReducedState& start, std::int64_t deadline_ns) {
   status_.outcome = Outcome::kShifted;
   status_.cause = "the plan could not be improved";
   deviation_.setZero();
-  const auto roll = [&](Trajectory* t) { return propagator_.Roll(horizon_, bias_, true, t).ok; };
+  const auto roll = [&](Trajectory* t) { return propagator_.Roll(horizon_, true, t).ok; };
   if (!roll(&trajectory_)) {
     status_.cause = "the model could not be rolled from the measured state";
     FallBack();
@@ -189,8 +183,7 @@ void Mpc::SolveConverged(const ReducedState& start, std::int64_t deadline_ns) {
     const double size = result_.x.cwiseAbs().maxCoeff();
     trial_.states[0] = trajectory_.states[0];
     trial_.tensions = trajectory_.tensions;
-    trial_.shape = trajectory_.shape;
-    AddChange(horizon_, trajectory_.shape, result_.x, &trial_.tensions);
+    AddChange(horizon_, result_.x, &trial_.tensions);
     const bool rolled = roll(&trial_);
     const double now = rolled ? condensed_.Cost(trial_, history_) : kInfinity;
     if (now <= cost) {
@@ -223,7 +216,7 @@ void Mpc::Accept(const Eigen::Ref<const VectorX>& w, const ReducedState& start) 
   status_.cause = nullptr;
   fallbacks_in_turn_ = 0;
   plan_.tensions = trajectory_.tensions;
-  AddChange(horizon_, trajectory_.shape, w, &plan_.tensions);
+  AddChange(horizon_, w, &plan_.tensions);
   for (int k = 1; k <= horizon_.steps(); ++k) {
     LimitTensions(options_.motors, plan_.tensions.col(k - 1), horizon_.step(k - 1),
                   plan_.tensions.col(k));

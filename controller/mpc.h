@@ -59,9 +59,8 @@ class Mpc {
   void Start(const ReducedState& state);
 
   /// The plan for a start at `expected` (its time is the plan's), with the motors pulling
-  /// `tensions` then, and a bias of the tensions that the model does not know of.
-  void Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>& tensions,
-               const Eigen::Ref<const VectorX>& bias);
+  /// `tensions` then.
+  void Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>& tensions);
 
   /// Solves for the state that the start is now known to have. `deadline_ns` as in SolveOptions.
   const MpcStatus& Solve(const ReducedState& start, std::int64_t deadline_ns);
@@ -101,7 +100,7 @@ class Mpc {
   Plan plan_;
   MpcStatus status_;
   MpcCounters counters_;
-  VectorX deviation_, moved_, change_, bias_, gait_, gait_end_;
+  VectorX deviation_, moved_, change_, gait_, gait_end_;
   bool prepared_{false};
   int fallbacks_in_turn_{0};
 };

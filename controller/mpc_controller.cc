@@ -27,7 +27,7 @@ class MpcController : public Controller {
   }
 
   void Update(double t_s, const ReducedState* estimate, const Eigen::Ref<const VectorX>& tensions,
-              const Eigen::Ref<const VectorX>& bias, std::int64_t deadline_ns) override {
+              std::int64_t deadline_ns) override {
     const double delay = parts_.options.delay_s, at = t_s + delay;
     // Before the measurement: about what the last plan expects.
     if (first_ && estimate != nullptr) {
@@ -39,13 +39,13 @@ class MpcController : public Controller {
     TensionsAt(mpc_.plan(), at, held_);
     if (first_) held_ = tensions;
     LimitTensions(parts_.options.motors, tensions, std::max(delay, kNoTime_s), held_);
-    mpc_.Prepare(expected_, held_, bias);
+    mpc_.Prepare(expected_, held_);
     // After it: where the state will be when the plan begins to act.
     start_ = expected_;
     if (estimate == nullptr) {
       start_.q.setConstant(std::numeric_limits<double>::quiet_NaN());
     } else if (delay > 0) {
-      held_ = 0.5 * (held_ + tensions) + bias;
+      held_ = 0.5 * (held_ + tensions);
       const reduced::StepOutcome outcome =
           mpc_.propagator().Step(*estimate, delay, held_, &start_, nullptr);
       if (!outcome.ok) start_ = *estimate;
@@ -60,8 +60,8 @@ class MpcController : public Controller {
     updated_s_ = t_s;
   }
 
-  void SetRootAcceleration(const model::Vector3& a_m_s2) override {
-    mpc_.propagator().SetRootAcceleration(a_m_s2);
+  void SetDisturbance(const Disturbance& disturbance) override {
+    mpc_.propagator().SetDisturbance(disturbance);
   }
 
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {

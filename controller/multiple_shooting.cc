@@ -12,11 +12,9 @@ using model::Vector6;
 }  // namespace
 
 MultipleShooting::MultipleShooting(const Horizon& horizon, const Trajectory& base,
-                                   const Eigen::Ref<const VectorX>& bias, Condensed* condensed,
-                                   StageCost* cost, Propagator* propagator)
+                                   Condensed* condensed, StageCost* cost, Propagator* propagator)
     : horizon_(horizon),
       base_(base),
-      bias_(bias),
       condensed_(*condensed),
       cost_(*cost),
       propagator_(*propagator),
@@ -67,11 +65,9 @@ MultipleShooting::MultipleShooting(const Horizon& horizon, const Trajectory& bas
 std::vector<int> MultipleShooting::MovedBy(int k) const {
   std::vector<int> decisions;
   for (const int node : {k, k + 1}) {
-    for (int i : {0, 1}) {
-      const int knot = horizon_.hats[node].knot[i];
-      for (int m = 0; knot >= 0 && m < motors_; ++m) {
-        const int at = knot * motors_ + m;
-        if (std::find(decisions.begin(), decisions.end(), at) == decisions.end()) {
+    for (int m = 0; m < motors_; ++m) {
+      for (const int at : horizon_.hat(node, m).decision) {
+        if (at >= 0 && std::find(decisions.begin(), decisions.end(), at) == decisions.end()) {
           decisions.push_back(at);
         }
       }
@@ -94,7 +90,7 @@ bool MultipleShooting::Move(const double* x, bool fresh) {
   x_ = Eigen::Map<const VectorX>(x, variables());
   if (!x_.allFinite()) return false;
   now_.tensions = base_.tensions;
-  AddChange(horizon_, base_.shape, x_.head(decisions_), &now_.tensions);
+  AddChange(horizon_, x_.head(decisions_), &now_.tensions);
   for (int k = 1; k <= horizon_.steps(); ++k) {
     const auto xi = x_.segment(StateAt(k), size_);
     MoveState(base_.states[k], xi, &now_.states[k]);
@@ -111,7 +107,7 @@ bool MultipleShooting::Move(const double* x, bool fresh) {
 bool MultipleShooting::RollNodes() {
   if (rolled_) return true;
   for (int k = 0; k < horizon_.steps(); ++k) {
-    mean_ = 0.5 * (now_.tensions.col(k) + now_.tensions.col(k + 1)) + bias_;
+    mean_ = 0.5 * (now_.tensions.col(k) + now_.tensions.col(k + 1));
     if (!propagator_
              .Step(now_.states[k], horizon_.step(k), mean_, &stepped_[k + 1], &now_.jacobians[k])
              .ok) {
@@ -170,16 +166,15 @@ bool MultipleShooting::Jacobian(const double* x, bool fresh, double* values) {
     const std::vector<int> moved = MovedBy(k);
     for (int i = 0; i < size_; ++i) {
       for (const int at : moved) {
+        const int motor = horizon_.decisions[at].motor;
         double share = 0;
         for (const int node : {k, k + 1}) {
+          const Horizon::Hat& hat = horizon_.hat(node, motor);
           for (int h : {0, 1}) {
-            const Horizon::Hat& hat = horizon_.hats[node];
-            if (hat.knot[h] == at / motors_) {
-              share += 0.5 * hat.weight[h] * base_.shape(at % motors_, node);
-            }
+            if (hat.decision[h] == at) share += 0.5 * hat.weight[h];
           }
         }
-        *values++ = share * by_input(i, at % motors_);
+        *values++ = share * by_input(i, motor);
       }
       for (int c = 0; k > 0 && c < size_; ++c) *values++ = by_state(i, c);
       *values++ = -1.0;

@@ -19,8 +19,7 @@ class MultipleShooting : public Program {
   /// `condensed` has been prepared at `base`: its linear rows bound tensions and rates. All must
   /// outlive it. Throws std::invalid_argument where the cost has a mean velocity.
   MultipleShooting(const Horizon& horizon, const Trajectory& base,
-                   const Eigen::Ref<const VectorX>& bias, Condensed* condensed, StageCost* cost,
-                   Propagator* propagator);
+                   Condensed* condensed, StageCost* cost, Propagator* propagator);
 
   int decisions() const { return decisions_; }  ///< of them w, the first variables
 
@@ -48,7 +47,6 @@ class MultipleShooting : public Program {
 
   const Horizon& horizon_;
   const Trajectory& base_;
-  VectorX bias_;
   Condensed& condensed_;
   StageCost& cost_;
   Propagator& propagator_;

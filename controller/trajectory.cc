@@ -10,13 +10,13 @@ constexpr int kMostHalvings = 4;
 Trajectory::Trajectory(const ReducedModel& model, const Horizon& horizon)
     : states(horizon.time_s.size(), InitialState(model)),
       tensions(Eigen::MatrixXd::Zero(model.input_count(), horizon.steps() + 1)),
-      shape(Eigen::MatrixXd::Ones(model.input_count(), horizon.steps() + 1)),
       jacobians(horizon.steps(), reduced::StepJacobian(model)) {}
 
 Propagator::Propagator(const ReducedModel& model, const reduced::StepSettings& settings)
     : model_(model),
       settings_(settings),
       work_(model),
+      disturbance_(model.input_count()),
       mean_(VectorX::Zero(model.input_count())),
       middle_(kMostHalvings + 1, InitialState(model)),
       part_(kMostHalvings + 1, reduced::StepJacobian(model)),
@@ -28,10 +28,11 @@ reduced::StepOutcome Propagator::Step(const ReducedState& from, double h,
                                       const Eigen::Ref<const VectorX>& tensions, ReducedState* to,
                                       reduced::StepJacobian* jacobian) {
   EvaluateInputs(model_.plant, from.time_s + 0.5 * h, false, &inputs_);
-  ApplyControls(model_, tensions.data(), &inputs_);
+  disturbed_ = tensions + disturbance_.bias_n;
+  ApplyControls(model_, disturbed_.data(), &inputs_);
   const reduced::StepOutcome outcome = Divided(from, h, 0, to, jacobian);
   if (outcome.ok && model_.plant.root_free()) {
-    to->v.segment<3>(3) += h * root_acceleration_m_s2_;
+    to->v.segment<3>(3) += h * disturbance_.acceleration_m_s2;
   }
   return outcome;
 }
@@ -54,10 +55,9 @@ reduced::StepOutcome Propagator::Divided(const ReducedState& from, double h, int
   return half;
 }
 
-reduced::StepOutcome Propagator::Roll(const Horizon& horizon, const Eigen::Ref<const VectorX>& bias,
-                                      bool with_jacobians, Trajectory* t) {
+reduced::StepOutcome Propagator::Roll(const Horizon& horizon, bool with_jacobians, Trajectory* t) {
   for (int k = 0; k < horizon.steps(); ++k) {
-    mean_ = 0.5 * (t->tensions.col(k) + t->tensions.col(k + 1)) + bias;
+    mean_ = 0.5 * (t->tensions.col(k) + t->tensions.col(k + 1));
     const reduced::StepOutcome outcome =
         Step(t->states[k], horizon.step(k), mean_, &t->states[k + 1],
              with_jacobians ? &t->jacobians[k] : nullptr);

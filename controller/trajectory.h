@@ -7,11 +7,11 @@
 
 /// The reduced model rolled along a horizon, with the derivatives of every interval.
 ///
-///   x_{k+1} = F(x_k, (u_k + u_{k+1}) / 2 + d, t_{k+1} - t_k),   d: bias of the tensions,
+///   x_{k+1} = F(x_k, u + d, h) + h a,   u = (u_k + u_{k+1}) / 2,  h = t_{k+1} - t_k,
 ///   A_k = dF/dx in (zeta, dq, dv),  B_k = dF/du.
 ///
-/// A constant acceleration of a free root [m/s^2, its own frame], which an estimator finds where
-/// the water pushes otherwise than the model believes, is added to F's velocity, times the step.
+/// d and a are constant disturbances that an estimator finds where the vehicle does otherwise
+/// than the model believes.
 
 namespace mantle::controller {
 
@@ -24,8 +24,15 @@ struct Trajectory {
 
   std::vector<ReducedState> states;              ///< N + 1; [0] and its time are given
   Eigen::MatrixXd tensions;                      ///< motors x (N + 1) [N]
-  Eigen::MatrixXd shape;                         ///< of a change of decision, alike [1]
   std::vector<reduced::StepJacobian> jacobians;  ///< N
+};
+
+/// What the model misses: bias d of every motor's tension, acceleration a of a free root in its own
+/// frame (added to its velocity, times the step).
+struct Disturbance {
+  explicit Disturbance(int motors) : bias_n(VectorX::Zero(motors)) {}
+  VectorX bias_n;
+  model::Vector3 acceleration_m_s2{model::Vector3::Zero()};
 };
 
 /// Steps of the reduced model under tensions held over a step; a step that fails is divided.
@@ -38,13 +45,13 @@ class Propagator {
                             const Eigen::Ref<const VectorX>& tensions, ReducedState* to,
                             reduced::StepJacobian* jacobian);
 
-  /// From states[0] on, under `tensions` plus `bias` (one per motor).
-  reduced::StepOutcome Roll(const Horizon& horizon, const Eigen::Ref<const VectorX>& bias,
-                            bool with_jacobians, Trajectory* trajectory);
+  /// From states[0] on.
+  reduced::StepOutcome Roll(const Horizon& horizon, bool with_jacobians, Trajectory* trajectory);
 
   const ReducedModel& model() const { return model_; }
-  void SetRootAcceleration(const model::Vector3& a_m_s2) { root_acceleration_m_s2_ = a_m_s2; }
-  const model::Vector3& root_acceleration_m_s2() const { return root_acceleration_m_s2_; }
+  /// Acts in all steps from now on; none at first.
+  void SetDisturbance(const Disturbance& disturbance) { disturbance_ = disturbance; }
+  const Disturbance& disturbance() const { return disturbance_; }
 
  private:
   reduced::StepOutcome Divided(const ReducedState& from, double h, int depth, ReducedState* to,
@@ -54,8 +61,8 @@ class Propagator {
   reduced::StepSettings settings_;
   reduced::StepWork work_;
   model::PlantInputs inputs_;
-  model::Vector3 root_acceleration_m_s2_{model::Vector3::Zero()};
-  VectorX mean_;
+  Disturbance disturbance_;
+  VectorX mean_, disturbed_;
   std::vector<ReducedState> middle_;
   std::vector<reduced::StepJacobian> part_;
   Eigen::MatrixXd product_;

@@ -39,9 +39,8 @@ struct ControlGrid {
 /// Hard limits of one motor [N, N/s].
 struct MotorLimits {
   double min_tension_n{0}, max_tension_n{0.8}, max_rate_n_s{2};
-  /// What is decided: the tension, or the height of the gait's pulses (a jet's thrust is the square
-  /// of a rate, so that a change which smooths a pulse away is downhill for an optimiser).
-  bool decides_amplitude{false};
+  /// Decides at every node of the grid instead of its knots, as the form of a pulse needs.
+  bool decides_every_node{false};
 };
 
 /// Weights of the stage cost l [1/s], of which the closed loop's cost is the time integral:
@@ -126,10 +125,11 @@ struct BaselineGains {
 };
 
 struct EstimatorOptions {
-  bool observer{false};    ///< else the measurement is taken as it is
-  double gain{0.3};        ///< of the observer: share of the innovation taken per control period
-  bool disturbance{true};  ///< estimates a bias of every motor's tension
-  double disturbance_time_s{0.4};
+  bool observer{false};    ///< the state is filtered; else the measurement is taken as it is
+  bool disturbance{true};  ///< a bias of every motor's tension and of a free root's acceleration
+  double model_noise{1};   ///< factor on the filter's distrust of the model
+  double tension_walk_n{0.01};          ///< of the bias in a second (random walk, N/s^(1/2))
+  double acceleration_walk_m_s2{7e-4};  ///< of the root, alike
 };
 
 struct ControlOptions {
@@ -143,7 +143,7 @@ struct ControlOptions {
   ControlGrid grid;
   std::vector<MotorLimits> motors;
   CostWeights cost;
-  double levenberg{0.5};  ///< added to the Hessian of every decided tension's change [1/N^2]
+  double levenberg{0.2};  ///< of the time integral of the squared changes of tensions [1/(N^2 s)]
   std::vector<SoftBound> bounds;
   Gait gait;
   std::array<BaselineGains, 4> baselines;  ///< of kGait, kPursuit, kPid, kLqr

@@ -81,8 +81,8 @@ void ReadLimits(TomlReader* t, MotorLimits* m) {
     m->max_tension_n = range[1];
   }
   m->max_rate_n_s = t->Number("rate", Quantity::kNumber, kPositive, m->max_rate_n_s);
-  m->decides_amplitude =
-      t->Choice<bool>("decides", {{"tension", false}, {"amplitude", true}}, m->decides_amplitude);
+  m->decides_every_node =
+      t->Choice<bool>("decides", {{"knots", false}, {"nodes", true}}, m->decides_every_node);
 }
 
 int MotorIndex(TomlReader* t, const char* key, const std::vector<Actuator>& motors) {
@@ -230,10 +230,13 @@ ControlOptions ReadControl(TomlReader t, const Robot& robot, const std::vector<A
   }
   if (auto e = t.OptionalTable("estimator")) {
     c.estimator.observer = e->Boolean("observer", c.estimator.observer);
-    c.estimator.gain = e->Number("gain", Quantity::kNumber, Range{0, 1, true}, c.estimator.gain);
     c.estimator.disturbance = e->Boolean("disturbance", c.estimator.disturbance);
-    c.estimator.disturbance_time_s =
-        e->Number("disturbance_time", Quantity::kTime, kPositive, c.estimator.disturbance_time_s);
+    c.estimator.model_noise =
+        e->Number("model_noise", Quantity::kNumber, kPositive, c.estimator.model_noise);
+    c.estimator.tension_walk_n =
+        e->Number("tension_walk", Quantity::kNumber, kNonNegative, c.estimator.tension_walk_n);
+    c.estimator.acceleration_walk_m_s2 = e->Number(
+        "acceleration_walk", Quantity::kNumber, kNonNegative, c.estimator.acceleration_walk_m_s2);
     e->Finish();
   }
   t.Finish();

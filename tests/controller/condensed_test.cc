@@ -19,11 +19,10 @@ struct Problem {
   explicit Problem(const std::string& scene, std::vector<std::string> more = {})
       : world(scene, Joined(std::move(more))),
         options(*world.scene.control),
-        horizon(MakeHorizon(options.grid)),
+        horizon(MakeHorizon(options.grid, options.motors)),
         cost(world.model, options, world.reference),
         condensed(world.model, horizon, &cost, options),
         history(3.0),
-        bias(VectorX::Zero(world.model.input_count())),
         base(world.Motion(horizon)) {
     history.Reset(0.0, Vector3::Zero());
     history.Add(base.states[0].time_s, base.states[0].root.position);
@@ -38,8 +37,8 @@ struct Problem {
   double Cost(const VectorX& w, const VectorX& by) {
     Trajectory t = base;
     MoveState(base.states[0], by, &t.states[0]);
-    AddChange(horizon, t.shape, w, &t.tensions);
-    EXPECT_TRUE(world.propagator.Roll(horizon, bias, false, &t).ok);
+    AddChange(horizon, w, &t.tensions);
+    EXPECT_TRUE(world.propagator.Roll(horizon, false, &t).ok);
     return condensed.Cost(t, history);
   }
   VectorX NoChange() const { return VectorX::Zero(condensed.variables()); }
@@ -51,7 +50,6 @@ struct Problem {
   StageCost cost;
   Condensed condensed;
   PositionHistory history;
-  VectorX bias;
   Trajectory base;
 };
 
@@ -83,7 +81,7 @@ TEST_P(CondensedOf, GradientMatchesDifferencesOfTheTrueCost) {
 double LinearCost(Problem* p, const VectorX& w, const VectorX& by) {
   const int steps = p->horizon.steps();
   Eigen::MatrixXd change = Eigen::MatrixXd::Zero(p->base.tensions.rows(), p->base.tensions.cols());
-  AddChange(p->horizon, p->base.shape, w, &change);
+  AddChange(p->horizon, w, &change);
   VectorX moved = by;
   double cost = 0;
   std::vector<Vector3> position;
@@ -165,7 +163,7 @@ TEST(Condensed, GainsMatchDifferencesOfResolves) {
       by(c) = -kStep;
       const VectorX down = solve(by);
       change.setZero();
-      AddChange(p.horizon, p.base.shape, (up - down) / (2 * kStep), &change);
+      AddChange(p.horizon, (up - down) / (2 * kStep), &change);
       for (int i = 0; i < motors; ++i) {
         EXPECT_NEAR(gains[0](i, c), change(i, 1), kShare * largest) << rate << " " << i << " " << c;
         ++compared;
@@ -191,20 +189,20 @@ TEST(Condensed, AgreesWithMultipleShooting) {
     p.condensed.SetInitialDeviation(p.NoMove());
     solver->Solve(p.condensed, options, &result);
     ASSERT_TRUE(result.usable()) << Words(result.status);
-    AddChange(p.horizon, t.shape, result.x, &t.tensions);
-    ASSERT_TRUE(p.world.propagator.Roll(p.horizon, p.bias, true, &t).ok);
+    AddChange(p.horizon, result.x, &t.tensions);
+    ASSERT_TRUE(p.world.propagator.Roll(p.horizon, true, &t).ok);
     if (result.x.cwiseAbs().maxCoeff() < 1e-7) break;
   }
   const double condensed_cost = p.condensed.Cost(t, p.history);
   p.condensed.Prepare(p.base, p.history, 0.0);
-  MultipleShooting sparse(p.horizon, p.base, p.bias, &p.condensed, &p.cost, &p.world.propagator);
+  MultipleShooting sparse(p.horizon, p.base, &p.condensed, &p.cost, &p.world.propagator);
   options.fast = false;
   SolveResult other;
   solver->Solve(sparse, options, &other);
   ASSERT_TRUE(other.usable()) << Words(other.status);
   Trajectory s = p.base;
-  AddChange(p.horizon, s.shape, other.x.head(sparse.decisions()), &s.tensions);
-  ASSERT_TRUE(p.world.propagator.Roll(p.horizon, p.bias, false, &s).ok);
+  AddChange(p.horizon, other.x.head(sparse.decisions()), &s.tensions);
+  ASSERT_TRUE(p.world.propagator.Roll(p.horizon, false, &s).ok);
   const double sparse_cost = p.condensed.Cost(s, p.history);
   EXPECT_NEAR(sparse_cost, condensed_cost, 1e-5 * condensed_cost);
   EXPECT_LT((s.tensions - t.tensions).cwiseAbs().maxCoeff(), 2e-3);  // N, of 0..1 N
@@ -212,7 +210,7 @@ TEST(Condensed, AgreesWithMultipleShooting) {
 
 TEST(MultipleShooting, DerivativesMatchDifferences) {
   Problem p("steer.toml", {"control.grid.steps=3", "control.grid.knots=[1,3]"});
-  MultipleShooting sparse(p.horizon, p.base, p.bias, &p.condensed, &p.cost, &p.world.propagator);
+  MultipleShooting sparse(p.horizon, p.base, &p.condensed, &p.cost, &p.world.propagator);
   const int n = sparse.variables(), m = sparse.constraints();
   VectorX x(n);
   for (int i = 0; i < n; ++i) x(i) = 1e-3 * std::sin(5.0 * i);

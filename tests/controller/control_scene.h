@@ -43,17 +43,15 @@ struct ControlScene {
     controller::Trajectory t(model, horizon);
     t.states[0] = Start();
     const auto& limits = scene.control->motors;
+    model::VectorX pulse(model.input_count());
     for (int k = 0; k <= horizon.steps(); ++k) {
-      controller::GaitShape(scene.control->gait, limits, t.states[0].time_s + horizon.time_s[k],
-                            t.shape.col(k));
+      controller::GaitTensions(scene.control->gait, t.states[0].time_s + horizon.time_s[k], pulse);
       for (int i = 0; i < model.input_count(); ++i) {
         const double wave = 0.2 + 0.1 * std::sin(horizon.time_s[k] * (1 + i) + i);
-        t.tensions(i, k) = limits[i].decides_amplitude ? 0.5 * t.shape(i, k) : wave;
+        t.tensions(i, k) = limits[i].decides_every_node ? pulse(i) : wave;
       }
     }
-    EXPECT_TRUE(propagator
-                    .Roll(horizon, model::VectorX::Zero(model.input_count()), true, &t)
-                    .ok);
+    EXPECT_TRUE(propagator.Roll(horizon, true, &t).ok);
     return t;
   }
 

@@ -75,21 +75,13 @@ TEST(Gait, APulseWithoutRampsIsARectangle) {
   EXPECT_EQ(PulseTension(p, kPeriod_s, 0.51 * kPeriod_s), p.low_n);
 }
 
-TEST(Gait, ShapeIsThePulseForAmplitudesAndOneOtherwise) {
+TEST(Gait, EveryMotorHasItsPulse) {
   const model::Gait gait = TwoMotors();
-  std::vector<model::MotorLimits> motors(2);
-  Eigen::VectorXd u(2), shape(2);
+  Eigen::VectorXd u(2);
   for (double t : {0.0, 0.07, 0.2, 0.29, 0.55, 0.79}) {
     GaitTensions(gait, t, u);
     EXPECT_EQ(u(0), PulseTension(gait.motors[0], gait.period_s, t));
     EXPECT_EQ(u(1), PulseTension(gait.motors[1], gait.period_s, t));
-    motors[0].decides_amplitude = motors[1].decides_amplitude = false;
-    GaitShape(gait, motors, t, shape);
-    EXPECT_EQ(shape, Eigen::VectorXd::Ones(2));
-    motors[0].decides_amplitude = motors[1].decides_amplitude = true;
-    GaitShape(gait, motors, t, shape);
-    EXPECT_NEAR(gait.motors[0].low_n + shape(0) * 0.5, u(0), kRoundOff);
-    EXPECT_EQ(shape(1), 1.0) << "a pulse without height has no shape";
   }
 }
 

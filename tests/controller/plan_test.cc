@@ -16,7 +16,7 @@ class PlanOfSteering : public testing::Test {
   PlanOfSteering()
       : world_("steer.toml", {"control.grid.steps=6", "control.grid.step=0.1",
                               "control.grid.growth=1.2", "control.grid.knots=[1,3,6]"}),
-        horizon_(MakeHorizon(world_.scene.control->grid)) {
+        horizon_(MakeHorizon(world_.scene.control->grid, world_.scene.control->motors)) {
     const Trajectory t = world_.Motion(horizon_);
     for (double s : horizon_.time_s) plan_.time_s.push_back(t.states[0].time_s + s);
     plan_.tensions = t.tensions;

@@ -17,7 +17,7 @@ namespace {
 const std::string kShort =
     "run " + Scene("steer") +
     " --set time.duration=1 --set mantle.elements=16 --set arms.arm.elements=8";
-constexpr int kMotors = 5, kCycles = 100, kPlans = 10, kSamples = 51;
+constexpr int kMotors = 5, kCycles = 100, kPlans = 20, kSamples = 51;
 
 std::set<std::string> FilesIn(const std::filesystem::path& folder) {
   std::set<std::string> files;

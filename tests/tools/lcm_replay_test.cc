@@ -118,7 +118,7 @@ TEST(LcmReplay, WhatAClosedLoopPublishesIsWhatItLogs) {
       {MANTLE_BINARY_DIR "/mantle", "run", MANTLE_SOURCE_DIR "/scenes/steer.toml", "--set",
        "time.duration=1", "--lcm", Url(), "--out", (folder / "out").string()},
       folder / "run.txt");
-  constexpr int kRows = 51, kPlans = 10;
+  constexpr int kRows = 51, kPlans = 20;
   ReceiveAll(*network, *second_log, 5 * kRows + kPlans);
   EXPECT_EQ(run.Wait(), 0);
   second_log->FinishLog();

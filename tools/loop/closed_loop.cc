@@ -50,6 +50,10 @@ model::DriveOptions DrivesOf(const model::Scene& scene, const ClosedLoopOptions&
 model::ControlOptions ControlOf(const model::Scene& scene, const ClosedLoopOptions& options) {
   model::ControlOptions control = *scene.control;
   if (options.controller) control.controller = *options.controller;
+  // What has no model has no use for what the model missed, unless that helps to filter.
+  const bool has_model = control.controller == model::ControllerKind::kMpc ||
+                         control.controller == model::ControllerKind::kLqr;
+  if (!has_model && !control.estimator.observer) control.estimator.disturbance = false;
   return control;
 }
 
@@ -105,8 +109,7 @@ ClosedLoop::ClosedLoop(const model::Scene& scene, const ClosedLoopOptions& optio
       controller_(controller::MakeController({model_, step_, control_, reference_})),
       projection_(model_),
       sensors_(model_, scene.sensors),
-      estimator_(model_, step_, control_.estimator),
-      bias_(model_, step_, control_.estimator, control_.motors),
+      estimator_(model_, step_, control_.estimator, scene.sensors, control_.motors),
       vehicle_(plant_, scene.run, scene.reduction.actuators, DrivesOf(scene, options),
                VehicleOf(options)),
       account_(model_, control_, reference_, plant_),
@@ -115,7 +118,7 @@ ClosedLoop::ClosedLoop(const model::Scene& scene, const ClosedLoopOptions& optio
   command_.setZero(motors);
   for (int i = 0; i < motors; ++i) command_(i) = control_.motors[i].min_tension_n;
   before_ = command_;
-  tension_ = pulled_ = VectorX::Zero(motors);
+  tension_ = held_ = VectorX::Zero(motors);
   torques_.resize(motors);
   for (int i = 0; i < motors; ++i) {
     tension_loops_.emplace_back(
@@ -174,22 +177,17 @@ void ClosedLoop::Turn(long cycle, LoopResult* result) {
   const auto measured = sensors_.Measure(truth_);
   if (cycle == 0) {
     estimator_.Start(measured ? *measured : truth_);
-    bias_.Start(estimator_.state());
     controller_->Start(estimator_.state());
   } else {
-    estimator_.Update(t, command_, measured ? &*measured : nullptr);
-    pulled_ += command_;
-    ++pulled_s_;
+    held_ = 0.5 * (before_ + command_);  // from the one to the other since the last SYNC
+    estimator_.Update(t, held_, measured ? &*measured : nullptr);
   }
   const reduced::ReducedState* estimate = &estimator_.state();
   if (cycle % control_every_ == 0) {
-    if (pulled_s_ > 0) bias_.Update(*estimate, pulled_ / pulled_s_);
-    pulled_.setZero();
-    pulled_s_ = 0;
     const std::int64_t deadline =
         options_.real_time ? Now_ns() + static_cast<std::int64_t>(1e9 * control_.deadline_s) : 0;
-    controller_->SetRootAcceleration(bias_.root_acceleration_m_s2());
-    controller_->Update(t, estimate, command_, bias_.bias(), deadline);
+    controller_->SetDisturbance(estimator_.disturbance());
+    controller_->Update(t, estimate, command_, deadline);
     if (const controller::Mpc* mpc = controller_->mpc()) {
       result->prepare_s.push_back(mpc->status().prepare_s);
       result->solve_s.push_back(mpc->status().solve_s);
@@ -215,7 +213,7 @@ model::StepStatus ClosedLoop::Advance(LoopResult* result) {
 
 LoopStep ClosedLoop::StepNow(bool planned, double error, const LoopResult& result) const {
   return {truth_.time_s, planned,      truth_,   estimator_.state(), command_,    torques_,
-          tension_,      bias_.bias(), vehicle_, controller_->mpc(), result.cost, error};
+          tension_,      estimator_.disturbance(), vehicle_, controller_->mpc(), result.cost, error};
 }
 
 LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer) {

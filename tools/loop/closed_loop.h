@@ -48,7 +48,7 @@ struct LoopStep {
   const model::VectorX& command_n;  ///< tensions asked for
   std::span<const MotorCommand> torques;
   const model::VectorX& tension_n;  ///< tensions that the drums pull with
-  const model::VectorX& bias_n;
+  const controller::Disturbance& disturbance;
   const Vehicle& vehicle;
   const controller::Mpc* mpc;  ///< null for baselines
   double cost;                 ///< integral of the stage cost so far
@@ -91,16 +91,14 @@ class ClosedLoop {
   reduced::Projection projection_;
   controller::Sensors sensors_;
   controller::Estimator estimator_;
-  controller::BiasEstimator bias_;
   Vehicle vehicle_;
   LoopAccount account_;
   reduced::ReducedState truth_;
-  model::VectorX command_, asked_, before_, tension_, pulled_;
+  model::VectorX command_, asked_, before_, tension_, held_;
   std::vector<MotorCommand> torques_;
   std::vector<controller::TensionLoop> tension_loops_;
   std::vector<double> work_before_j_;
   long control_every_;
-  double pulled_s_{0};
 };
 
 }  // namespace mantle::loop

@@ -1,0 +1,218 @@
+#include "controller/state_filter.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+
+#include "controller/sensors.h"
+#include "reduced/outputs.h"
+#include "tests/controller/reduced_truth.h"
+
+namespace mantle::controller {
+namespace {
+
+using tests::kPeriod_s;
+using tests::Truth;
+
+StateFilter MakeFilter(const Truth& truth, const model::EstimatorOptions& options = {},
+                       const model::SensorOptions& sensors = {}) {
+  return {truth.world.model, truth.world.step, options, sensors,
+          truth.world.scene.control->motors};
+}
+
+model::SensorOptions Noise() {
+  model::SensorOptions noise;
+  noise.position_m = 2e-3;
+  noise.attitude_rad = 5e-3;
+  noise.velocity_m_s = 5e-3;
+  noise.angular_velocity_rad_s = 2e-2;
+  noise.strain = 0.1;
+  noise.strain_rate = 0.2;
+  noise.mantle = noise.mantle_rate = 0.02;
+  return noise;
+}
+
+/// Cables that alternate around a straight arm do nothing, and no measurement can tell them.
+VectorX WithoutAlternation(VectorX bias) {
+  VectorX alternating = VectorX::Zero(bias.size());
+  alternating.tail(4) << 0.5, -0.5, 0.5, -0.5;
+  bias -= alternating.dot(bias) * alternating;
+  return bias;
+}
+
+TEST(StateFilter, CovarianceIsCarriedByTheModelsDerivatives) {
+  Truth truth("steer.toml");
+  StateFilter filter = MakeFilter(truth);
+  filter.Start(truth.state);
+  const Eigen::MatrixXd before = filter.covariance();
+  const int n = static_cast<int>(2 * truth.state.v.size()), motors = static_cast<int>(truth.u.size());
+  // A by central differences, of steps that are solved to 1e-10.
+  constexpr double kStep = 1e-5, kNear = 5e-4;
+  Eigen::MatrixXd a = Eigen::MatrixXd::Identity(n + motors + 3, n + motors + 3);
+  ReducedState base = truth.state, moved = base, up = base, down = base;
+  ASSERT_TRUE(truth.world.propagator.Step(truth.state, kPeriod_s, truth.u, &base, nullptr).ok);
+  VectorX by(n), plus(n), minus(n);
+  for (int j = 0; j < n + motors + 3; ++j) {
+    for (const int sign : {1, -1}) {
+      by.setZero();
+      VectorX u = truth.u;
+      Disturbance d(motors);
+      if (j < n) {
+        by(j) = sign * kStep;
+      } else if (j < n + motors) {
+        u(j - n) += sign * kStep;
+      } else {
+        d.acceleration_m_s2(j - n - motors) = sign * kStep;
+      }
+      MoveState(truth.state, by, &moved);
+      moved.time_s = truth.state.time_s;
+      truth.world.propagator.SetDisturbance(d);
+      ASSERT_TRUE(truth.world.propagator.Step(moved, kPeriod_s, u, &up, nullptr).ok);
+      StateDifference(base, up, sign > 0 ? plus : minus);
+    }
+    a.block(0, j, n, 1) = (plus - minus) / (2 * kStep);
+  }
+  filter.Predict(truth.state.time_s + kPeriod_s, truth.u);
+  // Noise enters on the diagonal alone.
+  Eigen::MatrixXd expected = a * before * a.transpose();
+  Eigen::MatrixXd after = filter.covariance();
+  const VectorX added = after.diagonal() - expected.diagonal();
+  EXPECT_GT(added.minCoeff(), -kNear * expected.diagonal().maxCoeff());
+  expected.diagonal() = after.diagonal();
+  const VectorX size = after.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd error =
+      size.cwiseInverse().asDiagonal() * (after - expected) * size.cwiseInverse().asDiagonal();
+  EXPECT_LT(error.cwiseAbs().maxCoeff(), kNear);
+}
+
+TEST(StateFilter, ACorrectionIsKalmans) {
+  Truth truth("steer.toml");
+  const model::SensorOptions noise = Noise();
+  StateFilter filter = MakeFilter(truth, {}, noise);
+  filter.Start(truth.state);
+  const int n = static_cast<int>(2 * truth.state.v.size());
+  // At the start the covariance of the state is that of a measurement.
+  const VectorX r = filter.covariance().diagonal().head(n);
+  filter.Predict(truth.state.time_s + kPeriod_s, truth.u);
+  const Eigen::MatrixXd p = filter.covariance();
+  VectorX innovation(n);
+  for (int i = 0; i < n; ++i) innovation(i) = 1e-3 * std::sin(1.0 + i);
+  ReducedState measured = filter.state();
+  MoveState(filter.state(), innovation, &measured);
+  const ReducedState before = filter.state();
+  filter.Correct(measured);
+  Eigen::MatrixXd s = p.topLeftCorner(n, n);
+  s.diagonal() += r;
+  const Eigen::MatrixXd gain = p.leftCols(n) * s.inverse();
+  const VectorX change = gain * innovation;
+  VectorX moved(n);
+  StateDifference(before, filter.state(), moved);
+  constexpr double kRoundOff = 1e-8;  // of an inverse with a condition of 1e6
+  EXPECT_LT((moved - change.head(n)).cwiseAbs().maxCoeff(), kRoundOff);
+  EXPECT_LT((filter.disturbance().bias_n - change.segment(n, truth.u.size())).cwiseAbs().maxCoeff(),
+            kRoundOff);
+  EXPECT_LT((filter.disturbance().acceleration_m_s2 - change.tail<3>()).cwiseAbs().maxCoeff(),
+            kRoundOff);
+  const Eigen::MatrixXd after = p - gain * p.topRows(n);
+  EXPECT_LT((filter.covariance() - after).cwiseAbs().maxCoeff(),
+            kRoundOff * p.diagonal().maxCoeff());
+}
+
+TEST(StateFilter, IsNotSurerThanItIsRight) {
+  // Errors over their deviations: their mean square is one where the filter is right, less where
+  // it allows for a model that is worse than this one.
+  Truth truth("steer.toml");
+  const model::SensorOptions noise = Noise();
+  StateFilter filter = MakeFilter(truth, {}, noise);
+  Sensors sensors(truth.world.model, noise);
+  filter.Start(truth.state);
+  const int n = static_cast<int>(2 * truth.state.v.size());
+  VectorX error(n), squares = VectorX::Zero(n);
+  constexpr int kPeriods = 400;
+  for (int i = 0; i < kPeriods; ++i) {
+    truth.Advance(truth.NoBias());
+    filter.Predict(truth.state.time_s, truth.u);
+    filter.Correct(*sensors.Measure(truth.state));
+    StateDifference(filter.state(), truth.state, error);
+    squares += error.cwiseAbs2().cwiseQuotient(filter.covariance().diagonal().head(n)) / kPeriods;
+  }
+  EXPECT_LT(squares.mean(), 1.0) << squares.transpose();
+  EXPECT_LT(squares.maxCoeff(), 3.0) << squares.transpose();
+  const Eigen::MatrixXd& p = filter.covariance();
+  const VectorX size = p.diagonal().cwiseSqrt();
+  const Eigen::MatrixXd scaled =
+      size.cwiseInverse().asDiagonal() * p * size.cwiseInverse().asDiagonal();
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues().minCoeff(),
+            -1e-9);
+}
+
+class BiasOf : public testing::TestWithParam<int> {};
+INSTANTIATE_TEST_SUITE_P(Motors, BiasOf, testing::Values(0, 1, 3));
+
+TEST_P(BiasOf, AMotorIsFoundInSomeSeconds) {
+  Truth truth("steer.toml");
+  StateFilter filter = MakeFilter(truth);
+  filter.Start(truth.state);
+  VectorX bias = truth.NoBias();
+  bias(GetParam()) = 0.05;
+  for (int i = 0; i < 1000; ++i) {
+    truth.Advance(bias);
+    filter.Predict(truth.state.time_s, truth.u);
+    filter.Correct(truth.state);
+  }
+  constexpr double kNear_n = 5e-3;  // a tenth
+  const VectorX error = WithoutAlternation(filter.disturbance().bias_n - bias);
+  EXPECT_LT(error.cwiseAbs().maxCoeff(), kNear_n) << filter.disturbance().bias_n.transpose();
+}
+
+TEST(StateFilter, FindsAnAccelerationOfTheRoot) {
+  Truth truth("steer.toml");
+  StateFilter filter = MakeFilter(truth);
+  filter.Start(truth.state);
+  Disturbance d(static_cast<int>(truth.u.size()));
+  d.acceleration_m_s2 = {0, 0, -5e-3};
+  truth.world.propagator.SetDisturbance(d);
+  for (int i = 0; i < 3000; ++i) {
+    truth.Advance(truth.NoBias());
+    filter.Predict(truth.state.time_s, truth.u);
+    filter.Correct(truth.state);
+  }
+  constexpr double kNear_m_s2 = 1e-3;  // a fifth: it shares with the tensions' bias
+  EXPECT_LT((filter.disturbance().acceleration_m_s2 - d.acceleration_m_s2).norm(), kNear_m_s2)
+      << filter.disturbance().acceleration_m_s2.transpose();
+}
+
+TEST(StateFilter, FindsNothingWhereNothingIs) {
+  Truth truth("steer.toml");
+  StateFilter filter = MakeFilter(truth);
+  filter.Start(truth.state);
+  for (int i = 0; i < 200; ++i) {
+    truth.Advance(truth.NoBias());
+    filter.Predict(truth.state.time_s, truth.u);
+    filter.Correct(truth.state);
+  }
+  EXPECT_LT(filter.disturbance().bias_n.cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT(filter.disturbance().acceleration_m_s2.norm(), 1e-6);
+}
+
+TEST(StateFilter, ABiasStaysWithinHalfAMotorsRange) {
+  Truth truth("steer.toml");
+  StateFilter filter = MakeFilter(truth);
+  filter.Start(truth.state);
+  const auto& motors = truth.world.scene.control->motors;
+  VectorX bias = truth.NoBias();
+  bias(1) = 1.0;
+  for (int i = 0; i < 3000; ++i) {
+    truth.Advance(bias);
+    filter.Predict(truth.state.time_s, truth.u);
+    filter.Correct(truth.state);
+    for (Eigen::Index m = 0; m < bias.size(); ++m) {
+      ASSERT_LE(std::abs(filter.disturbance().bias_n(m)), 0.5 * motors[m].max_tension_n);
+    }
+  }
+  EXPECT_GT(filter.disturbance().bias_n(1), 0.3 * motors[1].max_tension_n);
+}
+
+}  // namespace
+}  // namespace mantle::controller
