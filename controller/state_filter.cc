@@ -10,8 +10,8 @@ namespace mantle::controller {
 namespace {
 
 // What the model may miss in a second: deviations of the rates' random walk.
-constexpr double kTurn_rad_s = 0.02, kSpeed_m_s = 5e-3, kBend_1_m = 0.5, kStretch = 5e-3;
-constexpr double kMantle = 4.0;  // of the mantle's size: its pulses excite more than its shapes
+constexpr double kTurn_rad_s = 0.04, kSpeed_m_s = 1e-2, kBend_1_m = 1.0, kStretch = 1e-2;
+constexpr double kMantle = 8.0;  // of the mantle's size: its pulses excite more than its shapes
 // What a reduced state says of the plant at best: places, and rates.
 constexpr double kPlace_m = 5e-4, kAngle_rad = 2e-3, kPlaceRate_m_s = 5e-3, kAngleRate_rad_s = 2e-2;
 constexpr double kBendFloor_1_m = 0.05, kStretchFloor = 2e-3, kMantleFloor = 0.2;
