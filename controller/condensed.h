@@ -1,5 +1,6 @@
 #pragma once
 
+#include "controller/position_history.h"
 #include "controller/program.h"
 #include "controller/stage_cost.h"
 #include "controller/trajectory.h"
@@ -7,7 +8,8 @@
 /// The optimal control problem about a trajectory, condensed onto the decisions w.
 ///
 ///   delta x_{k+1} = A_k delta x_k + B_k (E_k + E_{k+1}) / 2 w,   delta x_k = Phi_k delta x_0 + G_k
-///   w, J(w, delta x_0) ~ sum_k h_k |r_k + C_k delta x_k|^2_D + effort + rate + levenberg int |E w|^2
+///   w, J(w, delta x_0) ~ sum_k h_k |r_k + C_k delta x_k|^2_D + effort + rate + levenberg int |E
+///   w|^2
 ///                   = w^T H w / 2 + (g + F delta x_0)^T w + const
 ///
 /// (Gauss-Newton; Bock & Plitt, 1984; Diehl et al., real-time iteration, 2002), subject to bounds
@@ -22,24 +24,6 @@
 /// with S = C G.
 
 namespace mantle::controller {
-
-/// Positions of the root before the horizon begins, for the mean velocity.
-class PositionHistory {
- public:
-  explicit PositionHistory(double length_s) : length_s_(length_s) {}
-  void Reset(double t_s, const Vector3& position);
-  void Add(double t_s, const Vector3& position);
-  /// Linear between entries; the first one before them all.
-  Vector3 At(double t_s) const;
-
- private:
-  struct Entry {
-    double time_s;
-    Vector3 position;
-  };
-  double length_s_;
-  std::vector<Entry> entries_;
-};
 
 class Condensed : public Program {
  public:
@@ -95,6 +79,7 @@ class Condensed : public Program {
                double* values) override;
 
  private:
+  static constexpr int kMostGains = 6;
   /// One linear row of the program: a node between two knots, or the slope from one to the next.
   struct Row {
     int count{0};
@@ -126,7 +111,7 @@ class Condensed : public Program {
   Eigen::MatrixXd hessian_, sensitivity_;  ///< H, F (decisions x 2n)
   VectorX gradient_, base_gradient_, low_, high_;
   std::vector<Row> rows_;
-  std::vector<int> used_;  ///< of rows_, in the program
+  std::vector<int> used_;          ///< of rows_, in the program
   std::vector<int> free_, place_;  ///< of Gains
   SparsePattern jacobian_pattern_, hessian_pattern_;
   std::vector<VectorX> residuals_;

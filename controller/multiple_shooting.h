@@ -18,8 +18,8 @@ class MultipleShooting : public Program {
  public:
   /// `condensed` has been prepared at `base`: its linear rows bound tensions and rates. All must
   /// outlive it. Throws std::invalid_argument where the cost has a mean velocity.
-  MultipleShooting(const Horizon& horizon, const Trajectory& base,
-                   Condensed* condensed, StageCost* cost, Propagator* propagator);
+  MultipleShooting(const Horizon& horizon, const Trajectory& base, Condensed* condensed,
+                   StageCost* cost, Propagator* propagator);
 
   int decisions() const { return decisions_; }  ///< of them w, the first variables
 

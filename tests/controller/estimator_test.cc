@@ -18,8 +18,7 @@ using tests::Truth;
 
 Estimator MakeEstimator(const Truth& truth, const model::EstimatorOptions& options = {},
                         const model::SensorOptions& sensors = {}) {
-  return {truth.world.model, truth.world.step, options, sensors,
-          truth.world.scene.control->motors};
+  return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
 }
 
 double Error(const ReducedState& a, const ReducedState& b) {

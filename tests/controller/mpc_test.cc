@@ -290,11 +290,10 @@ TEST(Mpc, ConvergedStopsBetterWhereItsBudgetEnds) {
 }
 
 class RealTimeIteration : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(Scenes, RealTimeIteration, testing::Values("steer.toml", "reach.toml"),
-                         [](const auto& info) {
-                           return std::string(info.param).substr(
-                               0, std::string(info.param).find('.'));
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    Scenes, RealTimeIteration, testing::Values("steer.toml", "reach.toml"), [](const auto& info) {
+      return std::string(info.param).substr(0, std::string(info.param).find('.'));
+    });
 
 TEST_P(RealTimeIteration, CostsLittleMoreThanTheConvergedPlan) {
   // From rest, where the first plans are worst; the scene's own horizon and damping.

@@ -17,8 +17,7 @@ using tests::Truth;
 
 StateFilter MakeFilter(const Truth& truth, const model::EstimatorOptions& options = {},
                        const model::SensorOptions& sensors = {}) {
-  return {truth.world.model, truth.world.step, options, sensors,
-          truth.world.scene.control->motors};
+  return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
 }
 
 model::SensorOptions Noise() {
@@ -46,7 +45,8 @@ TEST(StateFilter, CovarianceIsCarriedByTheModelsDerivatives) {
   StateFilter filter = MakeFilter(truth);
   filter.Start(truth.state);
   const Eigen::MatrixXd before = filter.covariance();
-  const int n = static_cast<int>(2 * truth.state.v.size()), motors = static_cast<int>(truth.u.size());
+  const int n = static_cast<int>(2 * truth.state.v.size()),
+            motors = static_cast<int>(truth.u.size());
   // A by central differences, of steps that are solved to 1e-10.
   constexpr double kStep = 1e-5, kNear = 5e-4;
   Eigen::MatrixXd a = Eigen::MatrixXd::Identity(n + motors + 3, n + motors + 3);
@@ -143,8 +143,7 @@ TEST(StateFilter, IsNotSurerThanItIsRight) {
   const VectorX size = p.diagonal().cwiseSqrt();
   const Eigen::MatrixXd scaled =
       size.cwiseInverse().asDiagonal() * p * size.cwiseInverse().asDiagonal();
-  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues().minCoeff(),
-            -1e-9);
+  EXPECT_GT(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled).eigenvalues().minCoeff(), -1e-9);
 }
 
 class BiasOf : public testing::TestWithParam<int> {};

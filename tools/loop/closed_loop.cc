@@ -212,8 +212,12 @@ model::StepStatus ClosedLoop::Advance(LoopResult* result) {
 }
 
 LoopStep ClosedLoop::StepNow(bool planned, double error, const LoopResult& result) const {
-  return {truth_.time_s, planned,      truth_,   estimator_.state(), command_,    torques_,
-          tension_,      estimator_.disturbance(), vehicle_, controller_->mpc(), result.cost, error};
+  return {truth_.time_s, planned,
+          truth_,        estimator_.state(),
+          command_,      torques_,
+          tension_,      estimator_.disturbance(),
+          vehicle_,      controller_->mpc(),
+          result.cost,   error};
 }
 
 LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer) {

@@ -4,8 +4,9 @@
 #include <utility>
 #include <vector>
 
-#include "controller/condensed.h"
 #include "controller/mpc.h"
+#include "controller/position_history.h"
+#include "controller/stage_cost.h"
 #include "model/simulation.h"
 #include "tools/loop/metered_bus.h"
 
