@@ -20,7 +20,10 @@ class Controller {
   /// `deadline_ns` as in SolveOptions. `tensions` are those asked for last.
   virtual void Update(double t_s, const ReducedState* estimate,
                       const Eigen::Ref<const VectorX>& tensions, std::int64_t deadline_ns) = 0;
-  /// Before Update: what the model was found to miss. A controller without a model ignores it.
+  /// Before the measurement of t_s, when the next Update is due: what can be done without it.
+  /// `tensions` are those asked for until then. Where it is left out, Update does it.
+  virtual void Prepare(double, const Eigen::Ref<const VectorX>&) {}
+  /// Before Prepare: what the model was found to miss. A controller without a model ignores it.
   virtual void SetDisturbance(const Disturbance&) {}
   /// Every SYNC: tensions to ask for at t_s, not yet limited. No allocation.
   virtual void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) = 0;

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "controller/controller.h"
 
@@ -23,29 +24,26 @@ class MpcController : public Controller {
 
   void Start(const ReducedState& state) override {
     mpc_.Start(state);
+    prepared_s_ = kNever_s;
     first_ = true;
+  }
+
+  // About what the last plan expects.
+  void Prepare(double t_s, const Eigen::Ref<const VectorX>& tensions) override {
+    if (!first_) PrepareAbout(nullptr, t_s, tensions);
   }
 
   void Update(double t_s, const ReducedState* estimate, const Eigen::Ref<const VectorX>& tensions,
               std::int64_t deadline_ns) override {
     const double delay = parts_.options.delay_s, at = t_s + delay;
-    // Before the measurement: about what the last plan expects.
-    if (first_ && estimate != nullptr) {
-      expected_ = *estimate;
-    } else {
-      StateAt(mpc_.plan(), at, &expected_);
-    }
-    expected_.time_s = at;
-    TensionsAt(mpc_.plan(), at, held_);
-    if (first_) held_ = tensions;
-    LimitTensions(parts_.options.motors, tensions, std::max(delay, kNoTime_s), held_);
-    mpc_.Prepare(expected_, held_);
-    // After it: where the state will be when the plan begins to act.
+    if (prepared_s_ != t_s) PrepareAbout(first_ ? estimate : nullptr, t_s, tensions);
+    prepared_s_ = kNever_s;
+    // Where the state will be when the plan begins to act.
     start_ = expected_;
     if (estimate == nullptr) {
       start_.q.setConstant(std::numeric_limits<double>::quiet_NaN());
     } else if (delay > 0) {
-      held_ = 0.5 * (held_ + tensions);
+      held_ = 0.5 * (planned_from_ + tensions);
       const reduced::StepOutcome outcome =
           mpc_.propagator().Step(*estimate, delay, held_, &start_, nullptr);
       if (!outcome.ok) start_ = *estimate;
@@ -89,12 +87,30 @@ class MpcController : public Controller {
 
  private:
   static constexpr double kNoTime_s = 1e-9;
+  static constexpr double kNever_s = -std::numeric_limits<double>::infinity();
+
+  void PrepareAbout(const ReducedState* estimate, double t_s,
+                    const Eigen::Ref<const VectorX>& tensions) {
+    const double delay = parts_.options.delay_s, at = t_s + delay;
+    if (estimate != nullptr) {
+      expected_ = *estimate;
+    } else {
+      StateAt(mpc_.plan(), at, &expected_);
+    }
+    expected_.time_s = at;
+    TensionsAt(mpc_.plan(), at, held_);
+    if (first_) held_ = tensions;
+    LimitTensions(parts_.options.motors, tensions, std::max(delay, kNoTime_s), held_);
+    mpc_.Prepare(expected_, held_);
+    planned_from_ = held_;
+    prepared_s_ = t_s;
+  }
 
   ControllerParts parts_;
   Mpc mpc_;
   ReducedState expected_, start_, planned_;
-  VectorX held_, deviation_, asked_;
-  double updated_s_{0};
+  VectorX held_, deviation_, asked_, planned_from_;
+  double updated_s_{0}, prepared_s_{kNever_s};
   bool first_{true};
 };
 

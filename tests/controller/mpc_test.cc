@@ -309,6 +309,18 @@ TEST_P(RealTimeIteration, CostsLittleMoreThanTheConvergedPlan) {
   EXPECT_LT(rti, kMostShare * converged);
 }
 
+TEST(Mpc, PreparingBeforeTheMeasurementMakesTheSamePlan) {
+  Loop at_once("steer.toml"), before("steer.toml");
+  for (int i = 0; i < 6; ++i) {
+    at_once.Turns(1);
+    before.controller->Prepare(before.state.time_s, before.command);
+    before.Turns(1);
+    EXPECT_EQ(before.status().linearisations, 1);
+  }
+  EXPECT_EQ(at_once.commands, before.commands);
+  EXPECT_EQ(before.mpc().counters().solved, 6U);
+}
+
 TEST(Mpc, TwoRunsHaveTheSameBits) {
   Loop a("swim.toml"), b("swim.toml");
   a.Turns(12);

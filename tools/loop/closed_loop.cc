@@ -186,7 +186,6 @@ void ClosedLoop::Turn(long cycle, LoopResult* result) {
   if (cycle % control_every_ == 0) {
     const std::int64_t deadline =
         options_.real_time ? Now_ns() + static_cast<std::int64_t>(1e9 * control_.deadline_s) : 0;
-    controller_->SetDisturbance(estimator_.disturbance());
     controller_->Update(t, estimate, command_, deadline);
     if (const controller::Mpc* mpc = controller_->mpc()) {
       result->prepare_s.push_back(mpc->status().prepare_s);
@@ -243,6 +242,10 @@ LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer)
     if (observer) go = observer(StepNow(planned, error, r));
     if (at_end || !go) break;
     account_.Add(truth_, period, command_, before_, tension_, &r);
+    if ((cycle + 1) % control_every_ == 0) {  // before the measurement that it is for
+      controller_->SetDisturbance(estimator_.disturbance());
+      controller_->Prepare(static_cast<double>(cycle + 1) * period, command_);
+    }
     status = Advance(&r);
     if (status.ok) ++r.cycles;
   }
