@@ -42,8 +42,13 @@ void Estimator::Start(const ReducedState& state) {
 void Estimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
                        const ReducedState* measured) {
   const ReducedState* usable = measured != nullptr && Finite(*measured) ? measured : nullptr;
-  pulls_.push_back({t_s, tensions});
-  while (pulls_.front().until_s < t_s - kKept_s) pulls_.pop_front();
+  if (!pulls_.empty() && pulls_.front().until_s < t_s - kKept_s) {
+    std::rotate(pulls_.begin(), pulls_.begin() + 1, pulls_.end());  // the oldest makes room
+  } else {
+    pulls_.emplace_back();
+  }
+  pulls_.back().until_s = t_s;
+  pulls_.back().tensions = tensions;
   bool fresh = usable != nullptr;
   if (filter_ && Filter(t_s, usable)) {
     propagator_.SetDisturbance(filter_->disturbance());

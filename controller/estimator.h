@@ -1,7 +1,7 @@
 #pragma once
 
-#include <deque>
 #include <optional>
+#include <vector>
 
 #include "controller/state_filter.h"
 
@@ -22,7 +22,8 @@ class Estimator {
 
   void Start(const ReducedState& state);
   /// The time is now t_s; `tensions` were pulled since the last call. `measured`, null where none
-  /// came, was taken at its time_s, now or earlier; one that is not finite is ignored.
+  /// came, was taken at its time_s, now or earlier; one that is not finite is ignored. Allocates
+  /// in the first second alone.
   void Update(double t_s, const Eigen::Ref<const VectorX>& tensions, const ReducedState* measured);
 
   const ReducedState& state() const { return state_; }
@@ -44,7 +45,7 @@ class Estimator {
   bool observer_;
   std::optional<StateFilter> filter_;
   ReducedState state_, next_;
-  std::deque<Pull> pulls_;
+  std::vector<Pull> pulls_;  ///< the oldest first
   double measured_s_{0};
   bool valid_{false};
 };

@@ -9,6 +9,7 @@
 #include "controller/sensors.h"
 #include "reduced/outputs.h"
 #include "tests/controller/reduced_truth.h"
+#include "tests/support/allocation_counter.h"
 
 namespace mantle::controller {
 namespace {
@@ -169,6 +170,27 @@ TEST(Estimator, ObserverWithDelayAndLossesIsTheTruthWhereTheModelIsExact) {
     estimator.Update(truth.state.time_s, truth.u, comes ? &way[way.size() - 1 - kDelay] : nullptr);
     EXPECT_LT(Error(truth.state, estimator.state()), kRoundOff) << i;
     EXPECT_NEAR(estimator.state().time_s, truth.state.time_s, 1e-12);
+  }
+}
+
+TEST(Estimator, AllocatesNothingAfterTheFirstSecond) {
+  if (!tests::kCountsAllocations) GTEST_SKIP() << "the allocator is a sanitizer's";
+  for (const bool observer : {false, true}) {
+    Truth truth("steer.toml");
+    model::EstimatorOptions options;
+    options.observer = observer;
+    Estimator estimator = MakeEstimator(truth, options);
+    estimator.Start(truth.state);
+    ReducedState late = truth.state;
+    for (int i = 0; i < 130; ++i) {
+      late = truth.state;
+      truth.Advance(truth.NoBias());
+      const long before = tests::allocation_count;
+      estimator.Update(truth.state.time_s, truth.u, i % 5 == 0 ? nullptr : &late);
+      if (i > 110) {
+        EXPECT_EQ(tests::allocation_count - before, 0) << i;
+      }
+    }
   }
 }
 
