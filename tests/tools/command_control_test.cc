@@ -84,6 +84,15 @@ TEST_F(ClosedLoopRun, LeavesSummaryTrajectoryTelemetryAndSolverTimes) {
   EXPECT_EQ(control.at("mode"), "rti");
   EXPECT_EQ(control.at("waypoints").size(), 4U);
   EXPECT_GT(control.at("cost"), 0.0);
+  double terms = 0;
+  for (const auto& [name, cost] : control.at("cost_terms").items()) {
+    EXPECT_GE(cost, 0.0) << name;
+    terms += cost.get<double>();
+  }
+  EXPECT_NEAR(control.at("cost"), terms, 1e-12 * terms);
+  for (const char* name : {"position", "heading", "turn_rate", "effort", "rate"}) {
+    EXPECT_TRUE(control.at("cost_terms").contains(name)) << name;
+  }
   EXPECT_GT(control.at("effort_n2_s"), 0.0);
   EXPECT_GT(control.at("cable_work_j"), 0.0);
   EXPECT_EQ(control.at("motor_periods"), kMotors * kCycles);
