@@ -7,10 +7,10 @@
 
 /// The optimal control problem about a trajectory, condensed onto the decisions w.
 ///
-///   delta x_{k+1} = A_k delta x_k + B_k (E_k + E_{k+1}) / 2 w,   delta x_k = Phi_k delta x_0 + G_k
-///   w, J(w, delta x_0) ~ sum_k h_k |r_k + C_k delta x_k|^2_D + effort + rate + levenberg int |E
-///   w|^2
-///                   = w^T H w / 2 + (g + F delta x_0)^T w + const
+///   delta x_{k+1} = A_k delta x_k + B_k (E_k + E_{k+1}) / 2 w
+///   delta x_k = Phi_k delta x_0 + G_k w
+///   J ~ sum_k h_k |r_k + C_k delta x_k|^2_D + effort + rate + levenberg sum_j L_j w_j^2
+///     = w^T H w / 2 + (g + F delta x_0)^T w + const,     L_j: integral of the hat of w_j
 ///
 /// (Gauss-Newton; Bock & Plitt, 1984; Diehl et al., real-time iteration, 2002), subject to bounds
 /// of every node's tension and of every interval's slope. Within a block between knots the change

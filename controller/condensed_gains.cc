@@ -47,10 +47,11 @@ void Condensed::Gains(const Eigen::Ref<const VectorX>& w, int count,
       }
     }
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(h);
-    factor.matrixL().solveInPlace(rhs);
-    factor.matrixU().solveInPlace(rhs);
     Eigen::MatrixXd& gain = (*gains)[k];
     gain.setZero(motors_, columns_);
+    if (factor.info() != Eigen::Success) continue;  // a cost that leaves tensions open: no feedback
+    factor.matrixL().solveInPlace(rhs);
+    factor.matrixU().solveInPlace(rhs);
     for (int m = 0; m < motors_; ++m) {
       const Horizon::Hat& hat = horizon_.hat(k + 1, m);
       for (int i : {0, 1}) {

@@ -40,7 +40,8 @@ struct ControllerParts {
 };
 
 /// The receding-horizon controller with its fast loop: at a SYNC it asks for
-/// u(t) + K (x - x_plan(t)), and for tensions that fade where the controller has given up.
+/// u(t) + K (x(s) - x_plan(s)), s the time of the estimate, and for tensions that fade where the
+/// controller has given up.
 std::unique_ptr<Controller> MakeMpcController(const ControllerParts& parts);
 
 /// What options.controller names: the one above or a baseline (baselines.h).

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kKept_s = 1.0;  // of what was pulled; older measurements are of no use
 constexpr double kSameTime_s = 1e-9;
-/// The filter waits this long for a measurement, then goes on without.
+/// The filter waits this long beyond the sensors' delay for a measurement, then goes on without.
 constexpr double kPatience_s = 0.2;
 
 bool Finite(const ReducedState& s) {
@@ -23,6 +23,7 @@ Estimator::Estimator(const ReducedModel& model, const reduced::StepSettings& ste
                      const std::vector<model::MotorLimits>& limits)
     : propagator_(model, step),
       observer_(options.observer),
+      patience_s_(sensors.delay_s + kPatience_s),
       state_(InitialState(model)),
       next_(state_) {
   if (options.observer || options.disturbance) {
@@ -41,8 +42,9 @@ void Estimator::Start(const ReducedState& state) {
 
 void Estimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
                        const ReducedState* measured) {
-  const ReducedState* usable = measured != nullptr && Finite(*measured) ? measured : nullptr;
-  if (!pulls_.empty() && pulls_.front().until_s < t_s - kKept_s) {
+  const bool newest = measured != nullptr && measured->time_s > measured_s_ - kSameTime_s;
+  const ReducedState* usable = newest && Finite(*measured) ? measured : nullptr;
+  if (!pulls_.empty() && pulls_.front().until_s < t_s - patience_s_ - kKept_s) {
     std::rotate(pulls_.begin(), pulls_.begin() + 1, pulls_.end());  // the oldest makes room
   } else {
     pulls_.emplace_back();
@@ -68,7 +70,7 @@ void Estimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
 bool Estimator::Filter(double t_s, const ReducedState* measured) {
   const bool tells =
       measured != nullptr && measured->time_s > filter_->state().time_s - kSameTime_s;
-  const double until = tells ? measured->time_s : t_s - kPatience_s;
+  const double until = tells ? measured->time_s : t_s - patience_s_;
   for (const Pull& pull : pulls_) {
     if (pull.until_s > until + kSameTime_s) break;
     if (pull.until_s > filter_->state().time_s + kSameTime_s) {

@@ -22,8 +22,9 @@ class Estimator {
 
   void Start(const ReducedState& state);
   /// The time is now t_s; `tensions` were pulled since the last call. `measured`, null where none
-  /// came, was taken at its time_s, now or earlier; one that is not finite is ignored. Allocates
-  /// in the first second alone.
+  /// came, was taken at its time_s, now or earlier; one that is not finite,
+  /// or older than one before it, is ignored. Allocates
+  /// in the first two seconds alone (and as much longer as sensors are late).
   void Update(double t_s, const Eigen::Ref<const VectorX>& tensions, const ReducedState* measured);
 
   const ReducedState& state() const { return state_; }
@@ -43,6 +44,7 @@ class Estimator {
 
   Propagator propagator_;
   bool observer_;
+  double patience_s_;
   std::optional<StateFilter> filter_;
   ReducedState state_, next_;
   std::vector<Pull> pulls_;  ///< the oldest first

@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "controller/controller.h"
+#include "controller/gait.h"
 
 namespace mantle::controller {
 namespace {
@@ -24,8 +25,10 @@ class MpcController : public Controller {
 
   void Start(const ReducedState& state) override {
     mpc_.Start(state);
+    mpc_.propagator().SetDisturbance(Disturbance(parts_.model.input_count()));
     prepared_s_ = kNever_s;
     first_ = true;
+    safe_ = false;
   }
 
   // About what the last plan expects.
@@ -54,8 +57,12 @@ class MpcController : public Controller {
     if (estimate != nullptr) mpc_.RecordPosition(t_s, estimate->root.position);
     mpc_.Solve(start_, deadline_ns);
     if (mpc_.status().outcome <= Outcome::kStoppedBetter) first_ = false;
-    asked_ = tensions;
-    updated_s_ = t_s;
+    const bool safe = mpc_.status().outcome == Outcome::kSafe;
+    if (!safe || !safe_) {  // a decay goes on from where it began
+      asked_ = tensions;
+      updated_s_ = t_s;
+    }
+    safe_ = safe;
   }
 
   void SetDisturbance(const Disturbance& disturbance) override {
@@ -64,7 +71,7 @@ class MpcController : public Controller {
 
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
     const Plan& plan = mpc_.plan();
-    if (mpc_.status().outcome == Outcome::kSafe) {
+    if (safe_) {
       const double share = std::max(0.0, 1.0 - (t_s - updated_s_) / kDecay_s);
       for (Eigen::Index i = 0; i < tensions.size(); ++i) {
         const double low = parts_.options.motors[i].min_tension_n;
@@ -72,11 +79,21 @@ class MpcController : public Controller {
       }
       return;
     }
+    if (t_s < plan.start_s() && asked_.size() > 0) {  // towards the plan's beginning
+      const double share = (t_s - updated_s_) / (plan.start_s() - updated_s_);
+      tensions = asked_ + share * (plan.tensions.col(0) - asked_);
+      return;
+    }
+    if (t_s > plan.end_s()) {
+      GaitTensions(parts_.options.gait, t_s, tensions);
+      return;
+    }
     TensionsAt(plan, t_s, tensions);
-    if (estimate == nullptr || plan.gains.empty() || t_s < plan.start_s()) return;
-    const int k = IntervalAt(plan, t_s);
+    // State and plan of one instant, that of the estimate.
+    if (estimate == nullptr || plan.gains.empty() || estimate->time_s < plan.start_s()) return;
+    const int k = IntervalAt(plan, estimate->time_s);
     if (k >= static_cast<int>(plan.gains.size())) return;
-    StateAt(plan, t_s, &planned_);
+    StateAt(plan, estimate->time_s, &planned_);
     StateDifference(planned_, *estimate, deviation_);
     held_.noalias() = plan.gains[k] * deviation_;
     if (!held_.allFinite()) return;
@@ -111,7 +128,7 @@ class MpcController : public Controller {
   ReducedState expected_, start_, planned_;
   VectorX held_, deviation_, asked_, planned_from_;
   double updated_s_{0}, prepared_s_{kNever_s};
-  bool first_{true};
+  bool first_{true}, safe_{false};
 };
 
 }  // namespace

@@ -58,10 +58,11 @@ StateFilter::StateFilter(const ReducedModel& model, const reduced::StepSettings&
     const int first = 6 + model.arm_first(static_cast<int>(a));
     for (std::size_t g = 0; g < arm.basis.groups().size(); ++g) {
       const auto& group = arm.basis.groups()[g];
-      reduced::Matrix6X basis;
-      arm.basis.Evaluate(static_cast<int>(g), 0.5 * (group.from_m + group.to_m), &basis);
+      reduced::Matrix6X middle, end;  // a column may vanish at one of them
+      arm.basis.Evaluate(static_cast<int>(g), 0.5 * (group.from_m + group.to_m), &middle);
+      arm.basis.Evaluate(static_cast<int>(g), group.to_m, &end);
       for (int c = 0; c < group.columns; ++c) {
-        const bool bends = basis.col(c).head<3>().norm() > 0;
+        const bool bends = middle.col(c).head<3>().norm() + end.col(c).head<3>().norm() > 0;
         const double floor = bends ? kBendFloor_1_m : kStretchFloor;
         set(first + group.first + c, 1, floor, kRates_1_s * floor, sensors.strain,
             sensors.strain_rate, bends ? kBend_1_m : kStretch);

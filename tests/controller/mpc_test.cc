@@ -309,6 +309,22 @@ TEST_P(RealTimeIteration, CostsLittleMoreThanTheConvergedPlan) {
   EXPECT_LT(rti, kMostShare * converged);
 }
 
+TEST(Mpc, TheFastLoopAsksForThePlanWhereTheModelIsExact) {
+  Loop loop("steer.toml");
+  loop.Turns(4);
+  // The expected state, as the plan has it: no feedback.
+  const Plan& plan = loop.mpc().plan();
+  ReducedState expected = loop.state;
+  VectorX planned(loop.command.size()), asked = planned;
+  for (double t = plan.start_s() + 1e-6; t < plan.start_s() + 0.05; t += 0.01) {
+    StateAt(plan, t, &expected);
+    expected.time_s = t;
+    loop.controller->Command(t + 0.01, &expected, asked);
+    TensionsAt(plan, t + 0.01, planned);
+    EXPECT_LT((asked - planned).cwiseAbs().maxCoeff(), 1e-9) << t;
+  }
+}
+
 TEST(Mpc, PreparingBeforeTheMeasurementMakesTheSamePlan) {
   Loop at_once("steer.toml"), before("steer.toml");
   for (int i = 0; i < 6; ++i) {

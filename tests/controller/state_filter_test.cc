@@ -42,7 +42,10 @@ VectorX WithoutAlternation(VectorX bias) {
 
 TEST(StateFilter, CovarianceIsCarriedByTheModelsDerivatives) {
   Truth truth("steer.toml");
-  StateFilter filter = MakeFilter(truth);
+  model::EstimatorOptions sure;
+  sure.model_noise = 1e-6;
+  sure.tension_walk_n = sure.acceleration_walk_m_s2 = 0;
+  StateFilter filter = MakeFilter(truth, sure);
   filter.Start(truth.state);
   const Eigen::MatrixXd before = filter.covariance();
   const int n = static_cast<int>(2 * truth.state.v.size()),
@@ -74,16 +77,32 @@ TEST(StateFilter, CovarianceIsCarriedByTheModelsDerivatives) {
     a.block(0, j, n, 1) = (plus - minus) / (2 * kStep);
   }
   filter.Predict(truth.state.time_s + kPeriod_s, truth.u);
-  // Noise enters on the diagonal alone.
-  Eigen::MatrixXd expected = a * before * a.transpose();
-  Eigen::MatrixXd after = filter.covariance();
-  const VectorX added = after.diagonal() - expected.diagonal();
-  EXPECT_GT(added.minCoeff(), -kNear * expected.diagonal().maxCoeff());
-  expected.diagonal() = after.diagonal();
+  const Eigen::MatrixXd expected = a * before * a.transpose(), after = filter.covariance();
   const VectorX size = after.diagonal().cwiseSqrt();
   const Eigen::MatrixXd error =
       size.cwiseInverse().asDiagonal() * (after - expected) * size.cwiseInverse().asDiagonal();
   EXPECT_LT(error.cwiseAbs().maxCoeff(), kNear);
+}
+
+TEST(StateFilter, NoiseOfTheModelEntersRatesAndDisturbances) {
+  Truth truth("steer.toml");
+  const int n = static_cast<int>(truth.state.v.size()), motors = static_cast<int>(truth.u.size());
+  const auto variances = [&](double model_noise, double walk) {
+    model::EstimatorOptions options;
+    options.model_noise = model_noise;
+    options.tension_walk_n = options.acceleration_walk_m_s2 = walk;
+    StateFilter filter = MakeFilter(truth, options);
+    filter.Start(truth.state);
+    filter.Predict(truth.state.time_s + kPeriod_s, truth.u);
+    return VectorX(filter.covariance().diagonal());
+  };
+  const VectorX sure = variances(1e-9, 0), once = variances(1, 0.1), twice = variances(2, 0.2);
+  const VectorX added = once - sure, more = twice - sure;
+  constexpr double kRoundOff = 1e-9;
+  EXPECT_LT(added.head(n).cwiseAbs().maxCoeff(), kRoundOff) << "places";
+  EXPECT_GT(added.tail(n + motors + 3).minCoeff(), 0.0) << "rates, tensions, acceleration";
+  EXPECT_LT((more - 4 * added).cwiseAbs().maxCoeff(), kRoundOff * more.maxCoeff());
+  EXPECT_NEAR(added(2 * n), kPeriod_s * 0.01, kRoundOff);
 }
 
 TEST(StateFilter, ACorrectionIsKalmans) {
