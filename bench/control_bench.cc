@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "controller/controller.h"
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 
 // The controller's times on one core, for the steering scene with 20 steps of 50 ms (42 states, 5
 // motors): one whole MPC step (prepare and solve) along a closed loop with the reduced model as the
@@ -15,7 +15,7 @@ namespace {
 
 struct Rig {
   Rig()
-      : scene(model::LoadScene(MANTLE_SOURCE_DIR "/scenes/steer.toml",
+      : scene(scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/steer.toml",
                                {"control.grid.steps=20", "control.grid.step=0.05",
                                 "control.grid.knots=[1,2,4,6,9,12,16,20]", "control.period=0.05"})),
         model(scene.robot, scene.reduction),
@@ -40,7 +40,7 @@ struct Rig {
     return 1e3 * (status.prepare_s + status.solve_s);
   }
 
-  model::Scene scene;
+  scene::Scene scene;
   reduced::ReducedModel model;
   reduced::StepSettings step;
   controller::Reference reference;

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "firmware_sim/drive.h"
-#include "firmware_sim/loop_bus.h"
-#include "firmware_sim/wire.h"
+#include "firmware_sim/bus/loop_bus.h"
+#include "firmware_sim/bus/wire.h"
+#include "firmware_sim/drive/drive.h"
 
 /// The price of eight drives on the loop bus, a 10 ms cycle each:
 ///

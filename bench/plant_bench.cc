@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 #include "model/simulation.h"
 
 namespace mantle::model {

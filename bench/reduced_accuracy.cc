@@ -4,7 +4,7 @@
 #include <cstring>
 #include <functional>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 #include "tests/reduced/accuracy.h"
 
 /// Prints the accuracy tables of docs/reduced.md: the reduced model against the plant on a fine
@@ -21,7 +21,7 @@ struct Basis {
   std::string name;
   reduced::ArmReduction arm;
 };
-std::vector<Basis> Bases(const model::StrainChoice& strains) {
+std::vector<Basis> Bases(const reduced::StrainChoice& strains) {
   std::vector<Basis> out;
   for (int n : {1, 2, 3, 4, 5, 6}) {
     reduced::ArmReduction a;
@@ -31,7 +31,7 @@ std::vector<Basis> Bases(const model::StrainChoice& strains) {
   }
   for (int d : {1, 2, 3, 4}) {
     reduced::ArmReduction a;
-    a.basis = model::BasisKind::kLegendre;
+    a.basis = reduced::BasisKind::kLegendre;
     a.degree = d;
     a.strains = strains;
     out.push_back({fmt::format("Legendre {}", d), a});
@@ -53,7 +53,7 @@ void ArmStatics() {
       "| basis | unknowns, six strains | error | unknowns, four | error |\n"
       "|---|---|---|---|---|\n",
       kFineArm);
-  const auto six = Bases(model::kSixStrains), four = Bases(model::kFourStrains);
+  const auto six = Bases(reduced::kSixStrains), four = Bases(reduced::kFourStrains);
   for (std::size_t i = 0; i < six.size(); ++i) {
     fmt::print("| {} ", six[i].name);
     for (const Basis& b : {six[i], four[i]}) {
@@ -74,7 +74,7 @@ void ArmDynamics() {
       "| basis | six strains, steps of 5 ms | four strains, 5 ms | four strains, 50 ms |\n"
       "|---|---|---|---|\n",
       kFineArm);
-  const auto six = Bases(model::kSixStrains), four = Bases(model::kFourStrains);
+  const auto six = Bases(reduced::kSixStrains), four = Bases(reduced::kFourStrains);
   for (std::size_t i = 0; i < six.size(); ++i) {
     const auto e = [&](const Basis& b, double step_s) {
       return 100 * ErrorsOfRun(robot, OfArm(b.arm), step_s, full).tip;
@@ -163,8 +163,8 @@ void Vehicle() {
                                             fmt::format("arms.arm.elements={}", kFineArm)};
       overrides.insert(overrides.end(), run.overrides.begin(), run.overrides.end());
       overrides.insert(overrides.end(), basis.overrides.begin(), basis.overrides.end());
-      const model::Scene scene =
-          model::LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/paper.toml", overrides);
+      const scene::Scene scene =
+          scene::LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/paper.toml", overrides);
       if (full.empty()) full = FullRun(scene.robot, scene.run.duration_s);
       const RunErrors fine = ErrorsOfRun(scene.robot, scene.reduction, 0.005, full);
       const RunErrors coarse = ErrorsOfRun(scene.robot, scene.reduction, 0.05, full);
@@ -179,7 +179,7 @@ void Vehicle() {
 double ShortestStep(const reduced::ReducedModel& model, bool derivatives) {
   constexpr int kSteps = 26, kRepeats = 20;  // two pulses
   constexpr double kStep_s = 0.05;
-  const double share = reduced::FirstStageTime(model::StepScheme::kSdirk2);
+  const double share = reduced::FirstStageTime(reduced::StepScheme::kSdirk2);
   reduced::StepWork work(model);
   reduced::StepJacobian jacobian(model);
   reduced::StepSettings settings;
@@ -211,7 +211,7 @@ void Price() {
       "us\n\n"
       "| arm, four strains | mantle | states | step | with derivatives |\n|---|---|---|---|---|\n");
   const model::Robot robot =
-      model::LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/paper.toml").robot;
+      scene::LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/paper.toml").robot;
   const auto row = [&](const Basis& basis, int mantle) {
     reduced::Reduction r = OfMantle(mantle, false);
     r.arms = {basis.arm};
@@ -219,7 +219,7 @@ void Price() {
     fmt::print("| {} | {} | {} | {:.0f} | {:.0f} |\n", basis.name, mantle, 2 * m.velocity_count(),
                ShortestStep(m, false), ShortestStep(m, true));
   };
-  const std::vector<Basis> bases = Bases(model::kFourStrains);
+  const std::vector<Basis> bases = Bases(reduced::kFourStrains);
   for (const Basis& basis : bases) row(basis, 3);
   for (int mantle : {2, 5}) row(bases[3], mantle);
 }

@@ -5,8 +5,8 @@
 
 #include <cmath>
 
+#include "loop/vehicle.h"
 #include "tests/loop/vehicles.h"
-#include "tools/loop/vehicle.h"
 
 namespace mantle::loop {
 namespace {

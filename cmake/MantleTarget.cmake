@@ -1,5 +1,6 @@
-# One library per folder: mantle_library(model SOURCES ... PUBLIC ... PRIVATE ...) makes the target
-# mantle_model, alias mantle::model, whose headers are included as "model/name.h".
+# mantle_library(model SOURCES ... PUBLIC ... PRIVATE ...) makes the target mantle_model, alias
+# mantle::model, whose headers are included as "model/name.h". FOLDER: where the headers are, unless
+# that is the name.
 
 add_library(mantle_flags INTERFACE)
 target_compile_options(mantle_flags INTERFACE -Wall -Wextra -Wconversion -Wno-sign-conversion
@@ -11,7 +12,10 @@ if(MANTLE_SANITIZE)
 endif()
 
 function(mantle_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  if(NOT ARG_FOLDER)
+    set(ARG_FOLDER ${name})
+  endif()
   add_library(mantle_${name} STATIC ${ARG_SOURCES})
   add_library(mantle::${name} ALIAS mantle_${name})
   set_target_properties(mantle_${name} PROPERTIES EXPORT_NAME ${name})
@@ -22,8 +26,8 @@ function(mantle_library name)
   target_link_libraries(mantle_${name} PUBLIC ${ARG_PUBLIC}
     PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:mantle_flags>)
   install(TARGETS mantle_${name} EXPORT mantleTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY ${CMAKE_CURRENT_SOURCE_DIR}/
-    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mantle/${name} FILES_MATCHING PATTERN "*.h")
+  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mantle/${ARG_FOLDER} FILES_MATCHING PATTERN "*.h")
 endfunction()
 
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.

@@ -10,7 +10,6 @@
 namespace mantle::controller {
 namespace {
 
-using model::ControllerKind;
 
 // A pull's reaction turns the root at once, against the turn that follows: a derivative that sees
 // it makes the arm flutter. On the steering scene this constant costs least.
@@ -21,7 +20,7 @@ bool Finite(const ReducedState& s) {
          s.root.rotation.coeffs().allFinite();
 }
 
-const model::BaselineGains& GainsOf(const model::ControlOptions& options, ControllerKind kind) {
+const BaselineGains& GainsOf(const ControlOptions& options, ControllerKind kind) {
   return options.baselines[static_cast<std::size_t>(kind) - 1];
 }
 
@@ -79,7 +78,7 @@ class Baseline : public Controller {
     tensions = low_ + Scale(sees ? estimate : nullptr, t_s) * (tensions - low_);
     if (sees && steers_) AddPull(directions_, Pull(*estimate, dt), tensions);
     for (Eigen::Index i = 0; i < tensions.size(); ++i) {
-      const model::MotorLimits& m = parts_.options.motors[i];
+      const MotorLimits& m = parts_.options.motors[i];
       tensions(i) = std::clamp(tensions(i), m.min_tension_n, m.max_tension_n);
     }
   }
@@ -97,9 +96,9 @@ class Baseline : public Controller {
 
   double Scale(const ReducedState* state, double t_s) {
     double scale = gains_.gait_scale;
-    if (const auto* circle = std::get_if<model::CircleTask>(&parts_.options.goal)) {
+    if (const auto* circle = std::get_if<CircleTask>(&parts_.options.goal)) {
       scale *= aim_.TipTarget(start_, t_s + gains_.gait_lead_s).norm() / circle->radius_m;
-    } else if (const auto* path = std::get_if<model::PathTask>(&parts_.options.goal)) {
+    } else if (const auto* path = std::get_if<PathTask>(&parts_.options.goal)) {
       scale *= parts_.reference.At(t_s).velocity.norm() / path->speed_m_s;
     }
     if (state != nullptr && kind_ != ControllerKind::kGait && !parts_.reference.has_tip()) {
@@ -122,8 +121,8 @@ class Baseline : public Controller {
 
   ControllerParts parts_;
   ControllerKind kind_;
-  model::BaselineGains gains_;
-  model::Gait gait_;
+  BaselineGains gains_;
+  Gait gait_;
   double largest_scale_;
   Eigen::Matrix2Xd directions_;
   Aim aim_;

@@ -38,6 +38,6 @@ struct LateralPid {
 /// `kind` is not kMpc. Tensions are within the motors' bounds, whatever the estimate; where there
 /// is none, or one that is not finite, the gait goes on by itself. No allocation in Command. Throws
 /// model::BadRobot where the model cannot be linearised (lqr).
-std::unique_ptr<Controller> MakeBaseline(const ControllerParts& parts, model::ControllerKind kind);
+std::unique_ptr<Controller> MakeBaseline(const ControllerParts& parts, ControllerKind kind);
 
 }  // namespace mantle::controller

@@ -5,7 +5,7 @@
 namespace mantle::controller {
 
 Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCost* cost,
-                     const model::ControlOptions& options)
+                     const ControlOptions& options)
     : model_(model),
       horizon_(horizon),
       cost_(*cost),

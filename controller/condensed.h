@@ -28,7 +28,7 @@ namespace mantle::controller {
 class Condensed : public Program {
  public:
   Condensed(const ReducedModel& model, const Horizon& horizon, StageCost* cost,
-            const model::ControlOptions& options);
+            const ControlOptions& options);
 
   /// Linearises and condenses about `trajectory`, whose Jacobians are filled. `levenberg` as in
   /// ControlOptions. No allocation.
@@ -106,7 +106,7 @@ class Condensed : public Program {
   const ReducedModel& model_;
   const Horizon& horizon_;
   StageCost& cost_;
-  const model::ControlOptions& options_;
+  const ControlOptions& options_;
   int motors_, columns_;
   Eigen::MatrixXd hessian_, sensitivity_;  ///< H, F (decisions x 2n)
   VectorX gradient_, base_gradient_, low_, high_;

@@ -68,7 +68,7 @@ void Condensed::BoundRows(const Trajectory& t) {
   auto row = rows_.begin();
   for (int k = 1; k <= horizon_.steps(); ++k) {
     for (int i = 0; i < motors_; ++i) {
-      const model::MotorLimits& limits = options_.motors[i];
+      const MotorLimits& limits = options_.motors[i];
       const double low = std::min(limits.min_tension_n - t.tensions(i, k), 0.0);
       const double high = std::max(limits.max_tension_n - t.tensions(i, k), 0.0);
       if (horizon_.decides(k, i)) {

@@ -5,8 +5,8 @@
 namespace mantle::controller {
 
 std::unique_ptr<Controller> MakeController(const ControllerParts& parts) {
-  const model::ControllerKind kind = parts.options.controller;
-  return kind == model::ControllerKind::kMpc ? MakeMpcController(parts) : MakeBaseline(parts, kind);
+  const ControllerKind kind = parts.options.controller;
+  return kind == ControllerKind::kMpc ? MakeMpcController(parts) : MakeBaseline(parts, kind);
 }
 
 }  // namespace mantle::controller

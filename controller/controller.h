@@ -35,7 +35,7 @@ class Controller {
 struct ControllerParts {
   const ReducedModel& model;
   const reduced::StepSettings& step;
-  const model::ControlOptions& options;
+  const ControlOptions& options;
   const Reference& reference;
 };
 

@@ -19,8 +19,8 @@ bool Finite(const ReducedState& s) {
 }  // namespace
 
 Estimator::Estimator(const ReducedModel& model, const reduced::StepSettings& step,
-                     const model::EstimatorOptions& options, const model::SensorOptions& sensors,
-                     const std::vector<model::MotorLimits>& limits)
+                     const EstimatorOptions& options, const SensorOptions& sensors,
+                     const std::vector<MotorLimits>& limits)
     : propagator_(model, step),
       observer_(options.observer),
       patience_s_(sensors.delay_s + kPatience_s),

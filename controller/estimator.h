@@ -17,8 +17,8 @@ class Estimator {
  public:
   /// `model` must outlive it.
   Estimator(const ReducedModel& model, const reduced::StepSettings& step,
-            const model::EstimatorOptions& options, const model::SensorOptions& sensors,
-            const std::vector<model::MotorLimits>& limits);
+            const EstimatorOptions& options, const SensorOptions& sensors,
+            const std::vector<MotorLimits>& limits);
 
   void Start(const ReducedState& state);
   /// The time is now t_s; `tensions` were pulled since the last call. `measured`, null where none

@@ -6,7 +6,7 @@
 
 namespace mantle::controller {
 
-double PulseTension(const model::GaitPulse& p, double period_s, double t_s) {
+double PulseTension(const GaitPulse& p, double period_s, double t_s) {
   const double cycles = t_s / period_s - p.phase;
   const double x = cycles - std::floor(cycles);
   const double height = p.high_n - p.low_n;
@@ -16,25 +16,25 @@ double PulseTension(const model::GaitPulse& p, double period_s, double t_s) {
   return down < p.fall ? p.high_n - height * down / p.fall : p.low_n;
 }
 
-void GaitTensions(const model::Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions) {
+void GaitTensions(const Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions) {
   for (std::size_t i = 0; i < gait.motors.size(); ++i) {
     tensions(static_cast<Eigen::Index>(i)) = PulseTension(gait.motors[i], gait.period_s, t_s);
   }
 }
 
-model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale) {
-  model::Gait scaled = gait;
+Gait Scaled(const Gait& gait, double tension_scale, double period_scale) {
+  Gait scaled = gait;
   scaled.period_s *= period_scale;
-  for (model::GaitPulse& p : scaled.motors) {
+  for (GaitPulse& p : scaled.motors) {
     p.high_n = p.low_n + tension_scale * (p.high_n - p.low_n);
   }
   return scaled;
 }
 
-double LargestScale(const model::Gait& gait, const std::vector<model::MotorLimits>& motors) {
+double LargestScale(const Gait& gait, const std::vector<MotorLimits>& motors) {
   double scale = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < motors.size(); ++i) {
-    const model::GaitPulse& p = gait.motors[i];
+    const GaitPulse& p = gait.motors[i];
     const double height = p.high_n - p.low_n;
     if (height <= 0) continue;
     scale = std::min(scale, (motors[i].max_tension_n - p.low_n) / height);

@@ -2,7 +2,7 @@
 
 #include <Eigen/Core>
 
-#include "model/control.h"
+#include "controller/options.h"
 
 /// Gaits: periodic tensions of the motors. They seed the problem (a pulsed jet has no gradient at
 /// rest), extend a plan beyond its end, and swim by themselves as the simplest baseline.
@@ -11,15 +11,15 @@ namespace mantle::controller {
 
 /// Tension [N] of one pulse at time t, period T: low, a ramp up over `rise` of the period, high for
 /// `hold`, a ramp down over `fall`, low for the rest; t = phase T is where it begins.
-double PulseTension(const model::GaitPulse& pulse, double period_s, double t_s);
+double PulseTension(const GaitPulse& pulse, double period_s, double t_s);
 
 /// Of every motor.
-void GaitTensions(const model::Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions);
+void GaitTensions(const Gait& gait, double t_s, Eigen::Ref<Eigen::VectorXd> tensions);
 
 /// The gait with tensions above `low` scaled, and its period.
-model::Gait Scaled(const model::Gait& gait, double tension_scale, double period_scale);
+Gait Scaled(const Gait& gait, double tension_scale, double period_scale);
 
 /// Largest scale whose tensions and slopes no motor's limits cut; infinite where no motor pulses.
-double LargestScale(const model::Gait& gait, const std::vector<model::MotorLimits>& motors);
+double LargestScale(const Gait& gait, const std::vector<MotorLimits>& motors);
 
 }  // namespace mantle::controller

@@ -11,7 +11,7 @@ namespace {
 constexpr int kDefaultKnots = 8;
 constexpr double kDensity = 1.5;  // knot j of n at about N (j/n)^kDensity
 
-void AddDecisions(const std::vector<model::MotorLimits>& motors, Horizon* h) {
+void AddDecisions(const std::vector<MotorLimits>& motors, Horizon* h) {
   h->motors = static_cast<int>(motors.size());
   for (int m = 0; m < h->motors; ++m) {
     std::vector<int> at = h->knots;
@@ -49,7 +49,7 @@ void AddDecisions(const std::vector<model::MotorLimits>& motors, Horizon* h) {
 
 }  // namespace
 
-Horizon MakeHorizon(const model::ControlGrid& grid, const std::vector<model::MotorLimits>& motors) {
+Horizon MakeHorizon(const ControlGrid& grid, const std::vector<MotorLimits>& motors) {
   Horizon h;
   double t = 0, step = grid.step_s;
   h.time_s.push_back(0);

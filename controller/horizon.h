@@ -4,7 +4,7 @@
 #include <array>
 #include <vector>
 
-#include "model/control.h"
+#include "controller/options.h"
 
 /// The grid of a receding horizon, and how few decisions move its tensions.
 ///
@@ -53,7 +53,7 @@ struct Horizon {
 };
 
 /// Default knots: eight (or all nodes where there are fewer), denser at the beginning.
-Horizon MakeHorizon(const model::ControlGrid& grid, const std::vector<model::MotorLimits>& motors);
+Horizon MakeHorizon(const ControlGrid& grid, const std::vector<MotorLimits>& motors);
 
 /// tensions(i, k) += sum_j hat_kj w_j; `tensions` is motors x nodes.
 void AddChange(const Horizon& horizon, const Eigen::Ref<const Eigen::VectorXd>& w,

@@ -33,23 +33,23 @@ MatrixXd Kept(const MatrixXd& m, int first, bool columns) {
   return both;
 }
 
-ReducedState NominalState(const ReducedModel& model, const model::ControlOptions& options) {
+ReducedState NominalState(const ReducedModel& model, const ControlOptions& options) {
   ReducedState s = InitialState(model);
   s.q.setZero();
   s.v.setZero();
   if (!model.plant.root_free()) return s;
-  if (const auto* path = std::get_if<model::PathTask>(&options.goal)) s.v(5) = path->speed_m_s;
-  if (const auto* cruise = std::get_if<model::CruiseTask>(&options.goal)) {
+  if (const auto* path = std::get_if<PathTask>(&options.goal)) s.v(5) = path->speed_m_s;
+  if (const auto* cruise = std::get_if<CruiseTask>(&options.goal)) {
     s.v(5) = cruise->speed_m_s;
   }
   return s;
 }
 
 // C^T D C of the stage cost at a state, the mean velocity's weight on the velocity.
-MatrixXd StateWeight(const ReducedModel& model, const model::ControlOptions& options,
+MatrixXd StateWeight(const ReducedModel& model, const ControlOptions& options,
                      const Reference& reference, const ReducedState& s) {
   const int n = model.velocity_count();
-  model::ControlOptions weights = options;
+  ControlOptions weights = options;
   weights.cost.velocity += options.cost.mean_velocity;
   StageCost cost(model, weights, reference);
   VectorX residual = VectorX::Zero(cost.rows());
@@ -100,7 +100,7 @@ Riccati SolveRiccati(const MatrixXd& a, const MatrixXd& b, const MatrixXd& q, co
 }
 
 SteeringModel LineariseSteering(const ReducedModel& model, const reduced::StepSettings& step,
-                                const model::ControlOptions& options, const Reference& reference,
+                                const ControlOptions& options, const Reference& reference,
                                 const Eigen::Matrix2Xd& directions, double effort_factor) {
   SteeringModel out;
   out.period_s = options.period_s;
@@ -154,9 +154,8 @@ SteeringModel LineariseSteering(const ReducedModel& model, const reduced::StepSe
 }
 
 SteeringRegulator::SteeringRegulator(const ReducedModel& model, const reduced::StepSettings& step,
-                                     const model::ControlOptions& options,
-                                     const Reference& reference, const Eigen::Matrix2Xd& directions,
-                                     const model::BaselineGains& gains)
+                                     const ControlOptions& options, const Reference& reference,
+                                     const Eigen::Matrix2Xd& directions, const BaselineGains& gains)
     : model_(model),
       reference_(reference),
       gains_(gains),

@@ -51,7 +51,7 @@ struct SteeringModel {
 
 /// Throws model::BadRobot where the nominal step fails. `directions` as in PullDirections.
 SteeringModel LineariseSteering(const ReducedModel& model, const reduced::StepSettings& step,
-                                const model::ControlOptions& options, const Reference& reference,
+                                const ControlOptions& options, const Reference& reference,
                                 const Eigen::Matrix2Xd& directions, double effort_factor);
 
 /// The regulator at work: pulls for a state and a reference.
@@ -59,8 +59,8 @@ class SteeringRegulator {
  public:
   /// All must outlive it. Throws as LineariseSteering.
   SteeringRegulator(const ReducedModel& model, const reduced::StepSettings& step,
-                    const model::ControlOptions& options, const Reference& reference,
-                    const Eigen::Matrix2Xd& directions, const model::BaselineGains& gains);
+                    const ControlOptions& options, const Reference& reference,
+                    const Eigen::Matrix2Xd& directions, const BaselineGains& gains);
 
   void Start();
   /// Pull [N] after another dt_s; `bias` is the motors' (it is pulled against), `most_n` the
@@ -80,7 +80,7 @@ class SteeringRegulator {
 
   const ReducedModel& model_;
   const Reference& reference_;
-  model::BaselineGains gains_;
+  BaselineGains gains_;
   Eigen::Matrix2Xd directions_;
   Eigen::Matrix2d bias_to_pull_;
   Aim aim_;

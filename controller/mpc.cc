@@ -31,7 +31,7 @@ bool Finite(const ReducedState& s) {
 }  // namespace
 
 Mpc::Mpc(const ReducedModel& model, const reduced::StepSettings& step,
-         const model::ControlOptions& options, const Reference& reference)
+         const ControlOptions& options, const Reference& reference)
     : model_(model),
       options_(options),
       reference_(reference),
@@ -119,7 +119,7 @@ const MpcStatus& Mpc::Solve(const ReducedState& start, std::int64_t deadline_ns)
   }
   if (!prepared_) {
     FallBack();
-  } else if (options_.mode == model::MpcMode::kConverged) {
+  } else if (options_.mode == MpcMode::kConverged) {
     SolveConverged(start, deadline_ns);
   } else {
     StateDifference(trajectory_.states[0], start, deviation_);

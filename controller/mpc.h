@@ -52,8 +52,8 @@ struct MpcCounters {
 class Mpc {
  public:
   /// Throws model::BadRobot where the model has no input or the horizon makes no sense.
-  Mpc(const ReducedModel& model, const reduced::StepSettings& step,
-      const model::ControlOptions& options, const Reference& reference);
+  Mpc(const ReducedModel& model, const reduced::StepSettings& step, const ControlOptions& options,
+      const Reference& reference);
 
   /// A plan of the gait from here on.
   void Start(const ReducedState& state);
@@ -87,7 +87,7 @@ class Mpc {
   void Count();
 
   const ReducedModel& model_;
-  const model::ControlOptions options_;
+  const ControlOptions options_;
   const Reference& reference_;
   Horizon horizon_;
   StageCost cost_;

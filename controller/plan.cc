@@ -37,9 +37,8 @@ void StateAt(const Plan& plan, double t_s, ReducedState* state) {
   state->v.tail(n - 6) = d01 * (b.q - a.q) + d10 * a.v.tail(n - 6) + d11 * b.v.tail(n - 6);
 }
 
-void LimitTensions(const std::vector<model::MotorLimits>& limits,
-                   const Eigen::Ref<const VectorX>& before, double dt_s,
-                   Eigen::Ref<VectorX> tensions) {
+void LimitTensions(const std::vector<MotorLimits>& limits, const Eigen::Ref<const VectorX>& before,
+                   double dt_s, Eigen::Ref<VectorX> tensions) {
   for (std::size_t i = 0; i < limits.size(); ++i) {
     const auto at = static_cast<Eigen::Index>(i);
     const double most = limits[i].max_rate_n_s * dt_s;

@@ -31,8 +31,7 @@ void TensionsAt(const Plan& plan, double t_s, Eigen::Ref<VectorX> tensions);
 void StateAt(const Plan& plan, double t_s, ReducedState* state);
 
 /// Tensions within bounds, and not further from `before` than the rate allows in dt.
-void LimitTensions(const std::vector<model::MotorLimits>& limits,
-                   const Eigen::Ref<const VectorX>& before, double dt_s,
-                   Eigen::Ref<VectorX> tensions);
+void LimitTensions(const std::vector<MotorLimits>& limits, const Eigen::Ref<const VectorX>& before,
+                   double dt_s, Eigen::Ref<VectorX> tensions);
 
 }  // namespace mantle::controller

@@ -37,11 +37,11 @@ std::vector<Vector3> SplineTangents(const std::vector<Vector3>& p, const Vector3
 
 }  // namespace
 
-Reference::Reference(const model::ControlGoal& goal, const model::Robot& robot) : goal_(goal) {
+Reference::Reference(const ControlGoal& goal, const model::Robot& robot) : goal_(goal) {
   const model::Pose start = robot.root_pose;
-  circle_ = std::get_if<model::CircleTask>(&goal_);
+  circle_ = std::get_if<CircleTask>(&goal_);
   if (circle_ != nullptr) arm_base_ = start * robot.arms[circle_->arm].mount;
-  task_ = std::get_if<model::PathTask>(&goal_);
+  task_ = std::get_if<PathTask>(&goal_);
   if (task_ == nullptr) return;
   std::vector<Vector3> points{start.position};
   points.insert(points.end(), task_->waypoints.begin(), task_->waypoints.end());
@@ -78,7 +78,7 @@ double Reference::TimeOf(double distance_m) const {
 
 ReferencePoint Reference::At(double t_s) const {
   ReferencePoint r;
-  if (const auto* cruise = std::get_if<model::CruiseTask>(&goal_)) {
+  if (const auto* cruise = std::get_if<CruiseTask>(&goal_)) {
     r.direction = cruise->direction;
     r.velocity = cruise->speed_m_s * cruise->direction;
     return r;

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "model/control.h"
+#include "controller/options.h"
 #include "reduced/reduced_model.h"
 
 /// Where a goal wants the robot to be, as a function of time.
@@ -25,7 +25,7 @@ struct ReferencePoint {
 class Reference {
  public:
   /// The root starts at the robot's initial pose.
-  Reference(const model::ControlGoal& goal, const model::Robot& robot);
+  Reference(const ControlGoal& goal, const model::Robot& robot);
   Reference(const Reference&) = delete;
   Reference& operator=(const Reference&) = delete;
 
@@ -44,9 +44,9 @@ class Reference {
   double Distance(double t_s) const;
   double TimeOf(double distance_m) const;
 
-  model::ControlGoal goal_;
-  const model::PathTask* task_{nullptr};
-  const model::CircleTask* circle_{nullptr};
+  ControlGoal goal_;
+  const PathTask* task_{nullptr};
+  const CircleTask* circle_{nullptr};
   model::Pose arm_base_;
   struct Sample {
     double distance_m;

@@ -9,7 +9,7 @@ constexpr double kSameTime_s = 1e-9;
 
 }  // namespace
 
-Sensors::Sensors(const ReducedModel& model, const model::SensorOptions& options)
+Sensors::Sensors(const ReducedModel& model, const SensorOptions& options)
     : model_(model), options_(options), random_(static_cast<std::uint64_t>(options.seed)) {
   const int n = model.velocity_count();
   deviation_.setZero(2 * n);

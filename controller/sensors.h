@@ -4,7 +4,7 @@
 #include <optional>
 #include <random>
 
-#include "model/control.h"
+#include "controller/options.h"
 #include "reduced/reduced_model.h"
 
 /// What sensors make of the true reduced state: white noise, a constant bias drawn once, a delay,
@@ -18,7 +18,7 @@ using reduced::ReducedState;
 class Sensors {
  public:
   /// Throws nothing; `model` must outlive it.
-  Sensors(const ReducedModel& model, const model::SensorOptions& options);
+  Sensors(const ReducedModel& model, const SensorOptions& options);
 
   /// Takes the truth at its time; gives the measurement that arrives now (stamped with the time it
   /// was taken), or none.
@@ -31,7 +31,7 @@ class Sensors {
   ReducedState WithNoise(const ReducedState& truth);
 
   const ReducedModel& model_;
-  model::SensorOptions options_;
+  SensorOptions options_;
   model::VectorX deviation_, bias_, noise_;
   std::deque<std::optional<ReducedState>> waiting_;
   std::deque<double> taken_s_;

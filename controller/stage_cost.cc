@@ -8,18 +8,18 @@ namespace {
 
 using model::Hat;
 using model::Matrix3;
-using Quantity = model::SoftBound::Quantity;
+using Quantity = SoftBound::Quantity;
 
 constexpr double kTiny = 1e-9;  // of a norm whose direction is asked for
 
-double Outside(double x, const model::SoftBound& b) {
+double Outside(double x, const SoftBound& b) {
   if (x > b.high) return x - b.high;
   return x < b.low ? x - b.low : 0.0;
 }
 
 }  // namespace
 
-StageCost::StageCost(const ReducedModel& model, const model::ControlOptions& options,
+StageCost::StageCost(const ReducedModel& model, const ControlOptions& options,
                      const Reference& reference)
     : model_(model), options_(options), reference_(reference) {
   std::vector<double> weights;
@@ -29,7 +29,7 @@ StageCost::StageCost(const ReducedModel& model, const model::ControlOptions& opt
     terms_.push_back({name, *first, count});
     weights.insert(weights.end(), count, weight);
   };
-  const model::CostWeights& c = options.cost;
+  const CostWeights& c = options.cost;
   if (reference.has_position()) add("position", c.position, 3, &position_);
   if (!reference.has_tip()) {
     add("heading", c.heading, 3, &heading_);
@@ -52,7 +52,7 @@ StageCost::StageCost(const ReducedModel& model, const model::ControlOptions& opt
     }
   }
   bounds_ = static_cast<int>(weights.size());
-  for (const model::SoftBound& b : options.bounds) {
+  for (const SoftBound& b : options.bounds) {
     if (b.quantity != Quantity::kCurvature) {
       weights.push_back(b.weight);
       continue;
@@ -130,7 +130,7 @@ void StageCost::EvaluateBounds(const ReducedState& s, int row, VectorX* residual
                                Eigen::MatrixXd* jacobian) {
   const Eigen::Index rates = s.v.size();
   std::size_t bend = 0;
-  for (const model::SoftBound& b : options_.bounds) {
+  for (const SoftBound& b : options_.bounds) {
     if (b.quantity == Quantity::kVolume) {
       const double u = volume_function_[0].Evaluate(s.q.data() + model_.mantle_first());
       (*residual)(row) = Outside(u / reference_volume_m3_, b);

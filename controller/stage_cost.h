@@ -8,7 +8,7 @@
 
 /// The state's part of the stage cost as weighted squares, l = sum_i d_i r_i(x, t)^2, with exact
 /// Jacobians of the residuals in (zeta, dq, dv): the Gauss-Newton Hessian 2 C^T D C follows.
-/// Model and formula: model/control.h. Soft bounds are rows max(0, what is outside).
+/// Model and formula: controller/options.h. Soft bounds are rows max(0, what is outside).
 ///
 /// The mean velocity over a pulse of length T ends at the state: (p(t) - p(t - T)) / T - v_ref. It
 /// couples two nodes of a horizon, so its residual is made by the caller from positions.
@@ -22,8 +22,7 @@ using reduced::ReducedState;
 class StageCost {
  public:
   /// All must outlive it.
-  StageCost(const ReducedModel& model, const model::ControlOptions& options,
-            const Reference& reference);
+  StageCost(const ReducedModel& model, const ControlOptions& options, const Reference& reference);
 
   int rows() const { return static_cast<int>(weights_.size()); }
   /// d_i [1/s per unit^2].
@@ -52,7 +51,7 @@ class StageCost {
 
   bool has_mean_velocity() const { return options_.cost.mean_velocity > 0; }
   double averaging_s() const { return options_.gait.period_s; }
-  const model::ControlOptions& options() const { return options_; }
+  const ControlOptions& options() const { return options_; }
   const Reference& reference() const { return reference_; }
 
  private:
@@ -60,7 +59,7 @@ class StageCost {
                       Eigen::MatrixXd* jacobian);
 
   const ReducedModel& model_;
-  const model::ControlOptions& options_;
+  const ControlOptions& options_;
   const Reference& reference_;
   VectorX weights_;
   std::vector<Term> terms_;

@@ -23,9 +23,8 @@ constexpr double kFirstBias_n = 0.02, kFirstAcceleration_m_s2 = 2e-3;
 }  // namespace
 
 StateFilter::StateFilter(const ReducedModel& model, const reduced::StepSettings& step,
-                         const model::EstimatorOptions& options,
-                         const model::SensorOptions& sensors,
-                         const std::vector<model::MotorLimits>& limits)
+                         const EstimatorOptions& options, const SensorOptions& sensors,
+                         const std::vector<MotorLimits>& limits)
     : propagator_(model, step),
       size_(2 * model.velocity_count()),
       motors_(model.input_count()),

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "controller/options.h"
 #include "controller/trajectory.h"
-#include "model/control.h"
 
 /// An extended Kalman filter of the reduced model (R. E. Kalman, J. Basic Eng. 82, 1960; errors on
 /// the state's manifold as in J. Sola, arXiv:1711.02508), with what the model does not foresee as
@@ -22,8 +22,8 @@ class StateFilter {
  public:
   /// `model` must outlive it.
   StateFilter(const ReducedModel& model, const reduced::StepSettings& step,
-              const model::EstimatorOptions& options, const model::SensorOptions& sensors,
-              const std::vector<model::MotorLimits>& limits);
+              const EstimatorOptions& options, const SensorOptions& sensors,
+              const std::vector<MotorLimits>& limits);
 
   void Start(const ReducedState& state);
   /// To time t_s > state().time_s with `tensions` held. A model that cannot be stepped stays where

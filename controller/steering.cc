@@ -48,8 +48,8 @@ Eigen::Matrix2Xd PullDirections(const ReducedModel& model, int tip_arm) {
   for (std::size_t i = 0; i < motors.size(); ++i) {
     Vector2 sum = Vector2::Zero();
     double whole = 0;
-    for (const model::ActuatorTarget& target : motors[i].targets) {
-      if (target.kind != model::ActuatorTarget::Kind::kCable) continue;
+    for (const reduced::ActuatorTarget& target : motors[i].targets) {
+      if (target.kind != reduced::ActuatorTarget::Kind::kCable) continue;
       if (tip_arm >= 0 && !BelongsTo(model.plant, target.index, tip_arm)) continue;
       double parts = 0;
       const Vector3 bend = target.gain * BendOf(model.plant, target.index, &parts);

@@ -2,7 +2,7 @@
 
 /// Between a cable's tension and the torque of the winch that pulls it, friction included. With r
 /// the reeled length, s = dr/d(motor angle), T the tension at the drum, eta the gear's efficiency
-/// ([physics.md] 2, firmware_sim/winch.h):
+/// ([physics.md] 2, firmware_sim/drive/winch.h):
 ///
 ///   torque = a s T + sigma (M_R + b s T) + (J / s) d2r/dt2
 ///   a = (1/eta + eta) / 2,   b = (1/eta - eta) / 2

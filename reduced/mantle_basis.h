@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "model/plant.h"
-#include "model/reduction.h"
+#include "reduced/reduction.h"
 
 /// Shapes of the reduced mantle ([physics.md] 8): profile = reference + Phi s, with Phi the lowest
 /// vibration modes of the clamped mantle and static shapes of its actuated strip minus the
@@ -15,7 +15,6 @@ namespace mantle::reduced {
 /// More coordinates than that belong in the plant.
 inline constexpr int kMaxMantleCoordinates = 8;
 
-using model::MantleReduction;
 
 struct MantleShapes {
   Eigen::MatrixXd shapes;                   ///< 3 nodes x k: (r, z, theta) per node

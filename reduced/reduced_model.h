@@ -18,9 +18,6 @@
 
 namespace mantle::reduced {
 
-using model::Actuator;
-using model::ActuatorTarget;
-using model::Reduction;
 
 struct ReducedState {
   double time_s{0};

@@ -20,7 +20,6 @@
 
 namespace mantle::reduced {
 
-using model::StepScheme;
 
 struct StepSettings {
   StepScheme scheme{StepScheme::kSdirk2};

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "model/reduction.h"
 #include "model/robot.h"
+#include "reduced/reduction.h"
 
 /// Strain of an arm from generalised coordinates ([physics.md] 8):
 ///
@@ -17,10 +17,6 @@ namespace mantle::reduced {
 
 using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-using model::ArmReduction;
-using model::BasisKind;
-using model::kSixStrains;
-using model::SectionRule;
 
 struct StrainGroup {
   double from_m, to_m;

@@ -13,7 +13,6 @@
 namespace mantle::controller {
 namespace {
 
-using model::ControllerKind;
 using tests::Steered;
 
 constexpr double kPeriod_s = 0.01;  // of SYNC
@@ -23,10 +22,10 @@ constexpr ControllerKind kBaselines[] = {ControllerKind::kGait, ControllerKind::
 std::vector<std::unique_ptr<Steered>> EveryGoal() {
   std::vector<std::unique_ptr<Steered>> all;
   all.push_back(tests::SteeredVehicle(tests::StraightPath()));
-  all.push_back(tests::SteeredVehicle(model::CruiseTask{Vector3::UnitZ(), 0.06}));
+  all.push_back(tests::SteeredVehicle(CruiseTask{Vector3::UnitZ(), 0.06}));
   all.push_back(tests::SteeredTip());
   for (auto& s : all) {
-    for (model::BaselineGains& g : s->options.baselines) {
+    for (BaselineGains& g : s->options.baselines) {
       g.integral = 0.5;
       g.derivative = 0.5;
       g.lookahead_s = 0.3;
@@ -133,7 +132,7 @@ TEST(Baselines, TheGaitGrowsWhereTheVehicleIsBehindAndNeverBeyondItsLimits) {
 
 TEST(Baselines, OnACircleTheGaitLeadsAndGrowsWithTheRadius) {
   const auto s = tests::SteeredTip();
-  model::BaselineGains& g = s->options.baselines[0];
+  BaselineGains& g = s->options.baselines[0];
   g.gait_lead_s = 0.3;
   const auto controller = MakeBaseline(s->parts(), ControllerKind::kGait);
   controller->Start(InitialState(s->model));

@@ -45,7 +45,7 @@ struct Problem {
   VectorX NoMove() const { return VectorX::Zero(2 * world.model.velocity_count()); }
 
   ControlScene world;
-  model::ControlOptions options;
+  ControlOptions options;
   Horizon horizon;
   StageCost cost;
   Condensed condensed;

@@ -6,7 +6,7 @@
 
 #include "controller/controller.h"
 #include "controller/gait.h"
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 
 /// A shipped control scene made small: its reduced model, reference and a trajectory with some
 /// motion in it, for tests of the controller.
@@ -15,7 +15,7 @@ namespace mantle::tests {
 
 struct ControlScene {
   explicit ControlScene(const std::string& name, std::vector<std::string> overrides = {})
-      : scene(model::LoadScene(std::string(MANTLE_SOURCE_DIR "/scenes/") + name, overrides)),
+      : scene(scene::LoadScene(std::string(MANTLE_SOURCE_DIR "/scenes/") + name, overrides)),
         model(scene.robot, scene.reduction),
         step{scene.reduction.scheme, 1e-10},
         reference(scene.control->goal, scene.robot),
@@ -55,7 +55,7 @@ struct ControlScene {
     return t;
   }
 
-  model::Scene scene;
+  scene::Scene scene;
   reduced::ReducedModel model;
   reduced::StepSettings step;
   controller::Reference reference;

@@ -17,8 +17,8 @@ namespace {
 using tests::kPeriod_s;
 using tests::Truth;
 
-Estimator MakeEstimator(const Truth& truth, const model::EstimatorOptions& options = {},
-                        const model::SensorOptions& sensors = {}) {
+Estimator MakeEstimator(const Truth& truth, const EstimatorOptions& options = {},
+                        const SensorOptions& sensors = {}) {
   return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
 }
 
@@ -30,7 +30,7 @@ double Error(const ReducedState& a, const ReducedState& b) {
 
 TEST(Estimator, DirectWithDelayIsTheTruthWhereTheModelIsExact) {
   Truth truth("steer.toml");
-  model::EstimatorOptions options;
+  EstimatorOptions options;
   options.disturbance = false;
   Estimator estimator = MakeEstimator(truth, options);
   estimator.Start(truth.state);
@@ -64,7 +64,7 @@ TEST(Estimator, DirectTakesAFreshMeasurementAsItIs) {
 
 TEST(Estimator, ADelayedMeasurementCorrectsAWrongStart) {
   Truth truth("steer.toml");
-  model::EstimatorOptions options;
+  EstimatorOptions options;
   options.disturbance = false;
   Estimator estimator = MakeEstimator(truth, options);
   ReducedState wrong = InitialState(truth.world.model);
@@ -87,7 +87,7 @@ TEST(Estimator, ObserverReducesNoiseAndFollows) {
   // a model that is not.
   constexpr double kMostShare = 0.5;
   Truth truth("steer.toml");
-  model::SensorOptions noise;
+  SensorOptions noise;
   noise.position_m = 2e-3;
   noise.attitude_rad = 5e-3;
   noise.velocity_m_s = 5e-3;
@@ -96,7 +96,7 @@ TEST(Estimator, ObserverReducesNoiseAndFollows) {
   noise.strain_rate = 0.2;
   noise.mantle = noise.mantle_rate = 0.02;
   Sensors sensors(truth.world.model, noise);
-  model::EstimatorOptions options;
+  EstimatorOptions options;
   options.observer = true;
   Estimator observer = MakeEstimator(truth, options, noise);
   observer.Start(truth.state);
@@ -125,7 +125,7 @@ TEST(Estimator, ObserverReducesNoiseAndFollows) {
 TEST(Estimator, AMeasurementThatIsNotFiniteIsIgnored) {
   for (const bool observer : {false, true}) {
     Truth truth("steer.toml");
-    model::EstimatorOptions options;
+    EstimatorOptions options;
     options.observer = observer;
     Estimator estimator = MakeEstimator(truth, options);
     estimator.Start(truth.state);
@@ -155,7 +155,7 @@ TEST(Estimator, AMeasurementThatIsNotFiniteIsIgnored) {
 
 TEST(Estimator, ObserverWithDelayAndLossesIsTheTruthWhereTheModelIsExact) {
   Truth truth("steer.toml");
-  model::EstimatorOptions options;
+  EstimatorOptions options;
   options.observer = true;
   options.disturbance = false;
   Estimator estimator = MakeEstimator(truth, options);
@@ -178,7 +178,7 @@ TEST(Estimator, AllocatesNothingAfterTheFirstSeconds) {
   if (!tests::kCountsAllocations) GTEST_SKIP() << "the allocator is a sanitizer's";
   for (const bool observer : {false, true}) {
     Truth truth("steer.toml");
-    model::EstimatorOptions options;
+    EstimatorOptions options;
     options.observer = observer;
     Estimator estimator = MakeEstimator(truth, options);
     estimator.Start(truth.state);
@@ -197,7 +197,7 @@ TEST(Estimator, AllocatesNothingAfterTheFirstSeconds) {
 
 TEST(Estimator, HasNoDisturbanceWhereItIsNotWanted) {
   Truth truth("steer.toml");
-  model::EstimatorOptions off;
+  EstimatorOptions off;
   off.disturbance = false;
   for (const bool observer : {false, true}) {
     off.observer = observer;

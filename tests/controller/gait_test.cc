@@ -10,8 +10,8 @@ namespace {
 constexpr double kRoundOff = 1e-12;
 constexpr double kPeriod_s = 0.8;
 
-model::GaitPulse Pulse() {
-  model::GaitPulse p;
+GaitPulse Pulse() {
+  GaitPulse p;
   p.low_n = 0.1;
   p.high_n = 0.6;
   p.rise = 0.25;
@@ -21,8 +21,8 @@ model::GaitPulse Pulse() {
   return p;
 }
 
-model::Gait TwoMotors() {
-  model::Gait gait;
+Gait TwoMotors() {
+  Gait gait;
   gait.period_s = kPeriod_s;
   gait.motors = {Pulse(), Pulse()};
   gait.motors[1].phase = 0.5;
@@ -43,7 +43,7 @@ TEST(Gait, PulseHasItsCorners) {
 }
 
 TEST(Gait, IsPeriodicBeforeAndAfterZeroAndShiftedByThePhase) {
-  model::GaitPulse late = Pulse();
+  GaitPulse late = Pulse();
   late.phase = 0.3;
   for (int i = 0; i < 50; ++i) {
     const double t = 0.013 + 0.0371 * i, now = PulseTension(Pulse(), kPeriod_s, t);
@@ -54,7 +54,7 @@ TEST(Gait, IsPeriodicBeforeAndAfterZeroAndShiftedByThePhase) {
 }
 
 TEST(Gait, TensionIsContinuousWithTheSlopesOfItsRamps) {
-  const model::GaitPulse p = Pulse();
+  const GaitPulse p = Pulse();
   const double up = (p.high_n - p.low_n) / (p.rise * kPeriod_s);
   constexpr double kStep_s = 1e-4;
   double steepest = 0;
@@ -67,7 +67,7 @@ TEST(Gait, TensionIsContinuousWithTheSlopesOfItsRamps) {
 }
 
 TEST(Gait, APulseWithoutRampsIsARectangle) {
-  model::GaitPulse p = Pulse();
+  GaitPulse p = Pulse();
   p.rise = p.fall = 0;
   p.hold = 0.5;
   EXPECT_EQ(PulseTension(p, kPeriod_s, 0.0), p.high_n);
@@ -76,7 +76,7 @@ TEST(Gait, APulseWithoutRampsIsARectangle) {
 }
 
 TEST(Gait, EveryMotorHasItsPulse) {
-  const model::Gait gait = TwoMotors();
+  const Gait gait = TwoMotors();
   Eigen::VectorXd u(2);
   for (double t : {0.0, 0.07, 0.2, 0.29, 0.55, 0.79}) {
     GaitTensions(gait, t, u);
@@ -86,7 +86,7 @@ TEST(Gait, EveryMotorHasItsPulse) {
 }
 
 TEST(Gait, ScalingActsOnWhatIsAboveTheLowTension) {
-  const model::Gait gait = TwoMotors(), scaled = Scaled(gait, 0.4, 1.5);
+  const Gait gait = TwoMotors(), scaled = Scaled(gait, 0.4, 1.5);
   Eigen::VectorXd u(2), v(2);
   for (double t : {0.0, 0.07, 0.2, 0.29, 0.55, 0.79}) {
     GaitTensions(gait, t, u);
@@ -97,12 +97,12 @@ TEST(Gait, ScalingActsOnWhatIsAboveTheLowTension) {
 }
 
 TEST(Gait, TheLargestScaleJustMeetsALimit) {
-  const model::Gait gait = TwoMotors();
-  std::vector<model::MotorLimits> motors(2);
+  const Gait gait = TwoMotors();
+  std::vector<MotorLimits> motors(2);
   for (const auto& [most_n, rate_n_s] : {std::pair{0.5, 100.0}, {100.0, 1.0}}) {
     motors[0].max_tension_n = motors[1].max_tension_n = most_n;
     motors[0].max_rate_n_s = motors[1].max_rate_n_s = rate_n_s;
-    const model::GaitPulse p = Scaled(gait, LargestScale(gait, motors), 1.0).motors[0];
+    const GaitPulse p = Scaled(gait, LargestScale(gait, motors), 1.0).motors[0];
     const double height = p.high_n - p.low_n;
     const double steepest = height / (std::min(p.rise, p.fall) * kPeriod_s);
     EXPECT_NEAR(std::max(p.high_n / most_n, steepest / rate_n_s), 1.0, kRoundOff);

@@ -9,13 +9,13 @@ namespace {
 
 constexpr double kRoundOff = 1e-13;  // sums of some tens of numbers of order one
 
-model::ControlGrid Grid(int steps, double step_s, double growth, std::vector<int> knots = {}) {
+ControlGrid Grid(int steps, double step_s, double growth, std::vector<int> knots = {}) {
   return {steps, step_s, growth, std::move(knots)};
 }
 
 // Two motors: one decides at the knots, one at every node.
-std::vector<model::MotorLimits> Motors() {
-  std::vector<model::MotorLimits> motors(2);
+std::vector<MotorLimits> Motors() {
+  std::vector<MotorLimits> motors(2);
   motors[1].decides_every_node = true;
   return motors;
 }

@@ -74,7 +74,7 @@ class SteeringLqr : public ::testing::TestWithParam<bool> {
       : steered_(GetParam() ? tests::SteeredTip() : tests::SteeredVehicle(tests::StraightPath())),
         directions_(PullDirections(steered_->model, steered_->reference.arm())),
         regulator_(steered_->model, steered_->step, steered_->options, steered_->reference,
-                   directions_, model::BaselineGains{}) {}
+                   directions_, BaselineGains{}) {}
 
   std::unique_ptr<Steered> steered_;
   Eigen::Matrix2Xd directions_;

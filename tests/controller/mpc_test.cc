@@ -29,7 +29,7 @@ std::vector<std::string> Small(std::vector<std::string> more = {}) {
 /// the loop's limits every SYNC.
 struct Loop {
   explicit Loop(const std::string& scene, const std::vector<std::string>& overrides = Small())
-      : Loop(scene, overrides, [](model::ControlOptions*) {}) {}
+      : Loop(scene, overrides, [](ControlOptions*) {}) {}
   template <typename Change>
   Loop(const std::string& scene, const std::vector<std::string>& overrides, const Change& change)
       : world(scene, overrides),
@@ -45,7 +45,7 @@ struct Loop {
     controller->Start(state);
   }
   template <typename Change>
-  static model::ControlOptions Changed(model::ControlOptions o, const Change& change) {
+  static ControlOptions Changed(ControlOptions o, const Change& change) {
     change(&o);
     return o;
   }
@@ -58,7 +58,7 @@ struct Loop {
     ASSERT_TRUE(plan.tensions.allFinite());
     for (Eigen::Index k = 0; k < plan.tensions.cols(); ++k) {
       for (Eigen::Index i = 0; i < plan.tensions.rows(); ++i) {
-        const model::MotorLimits& l = options.motors[i];
+        const MotorLimits& l = options.motors[i];
         EXPECT_GE(plan.tensions(i, k), l.min_tension_n - kRoundOff_n);
         EXPECT_LE(plan.tensions(i, k), l.max_tension_n + kRoundOff_n);
         if (k == 0) continue;
@@ -94,7 +94,7 @@ struct Loop {
   }
 
   ControlScene world;
-  model::ControlOptions options;
+  ControlOptions options;
   std::unique_ptr<Controller> controller;
   StageCost cost;
   ReducedState state, next;
@@ -144,8 +144,8 @@ TEST(Mpc, StartsOutsideBoundsAndComesBackWithinThem) {
 
 TEST(Mpc, StartsWithAPlanThatTheRatesCannotFollow) {
   // Motors at their upper bound, rates a tenth of the scene's: no gait can be followed.
-  Loop loop("steer.toml", Small(), [](model::ControlOptions* o) {
-    for (model::MotorLimits& m : o->motors) m.max_rate_n_s = 0.2;
+  Loop loop("steer.toml", Small(), [](ControlOptions* o) {
+    for (MotorLimits& m : o->motors) m.max_rate_n_s = 0.2;
   });
   for (Eigen::Index m = 0; m < loop.command.size(); ++m) {
     loop.command(m) = loop.options.motors[m].max_tension_n;
@@ -208,7 +208,7 @@ TEST_P(Blind, FallsBackToTheShiftedPlanThenDecaysThenRecovers) {
 }
 
 TEST(Mpc, ABudgetOfOneIterationKeepsTheLoopGoing) {
-  Loop loop("steer.toml", Small(), [](model::ControlOptions* o) { o->max_iterations = 1; });
+  Loop loop("steer.toml", Small(), [](ControlOptions* o) { o->max_iterations = 1; });
   int budgets = 0;
   for (int i = 0; i < 15; ++i) {
     loop.Turns(1);
@@ -236,7 +236,7 @@ TEST(Mpc, ADeadlineThatHasPassedIsCountedAndKeepsTheLoopGoing) {
 }
 
 TEST(Mpc, ASolverThatFailsLeavesTheGaitThenDecays) {
-  Loop loop("steer.toml", Small(), [](model::ControlOptions* o) { o->cost.position = kNaN; });
+  Loop loop("steer.toml", Small(), [](ControlOptions* o) { o->cost.position = kNaN; });
   for (int i = 0; i < 5; ++i) {
     loop.Turns(1);
     EXPECT_EQ(loop.status().outcome, Outcome::kShifted);
@@ -282,7 +282,7 @@ TEST(Mpc, AnExpectedStateThatIsNotFiniteIsACauseInWords) {
 
 TEST(Mpc, ConvergedStopsBetterWhereItsBudgetEnds) {
   Loop loop("steer.toml", Small({"control.mode='converged'"}),
-            [](model::ControlOptions* o) { o->max_iterations = 1; });
+            [](ControlOptions* o) { o->max_iterations = 1; });
   loop.Turns(2);
   const MpcCounters& c = loop.mpc().counters();
   EXPECT_EQ(c.solves, 2U);

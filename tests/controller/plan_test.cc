@@ -106,7 +106,7 @@ TEST_F(PlanOfSteering, UniformMotionOfTheRootIsReproducedExactly) {
 }
 
 TEST(LimitTensions, KeepsRatesThenBounds) {
-  const std::vector<model::MotorLimits> limits(5, {0.1, 0.8, 2.0, false});
+  const std::vector<MotorLimits> limits(5, {0.1, 0.8, 2.0, false});
   VectorX before(5), u(5), expected(5);
   before << 0.4, 0.4, 0.4, 0.75, 0.15;
   u << 0.45, 0.9, 0.0, 2.0, -1.0;
@@ -116,7 +116,7 @@ TEST(LimitTensions, KeepsRatesThenBounds) {
 }
 
 TEST(LimitTensions, ABoundBeatsTheRateWhereTheMotorIsOutside) {
-  const std::vector<model::MotorLimits> limits(2, {0.1, 0.8, 2.0, false});
+  const std::vector<MotorLimits> limits(2, {0.1, 0.8, 2.0, false});
   VectorX before(2), u(2), expected(2);
   before << 1.5, 0.0;
   u << 1.5, 0.0;

@@ -5,26 +5,26 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 
 namespace mantle::controller {
 namespace {
 
-model::Scene Load(const std::string& name) {
-  return model::LoadScene(MANTLE_SOURCE_DIR "/scenes/" + name);
+scene::Scene Load(const std::string& name) {
+  return scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/" + name);
 }
 
 class PathReference : public testing::Test {
  protected:
   PathReference()
       : scene_(Load("steer.toml")),
-        task_(std::get<model::PathTask>(scene_.control->goal)),
+        task_(std::get<PathTask>(scene_.control->goal)),
         reference_(scene_.control->goal, scene_.robot) {}
 
   int waypoints() const { return static_cast<int>(task_.waypoints.size()); }
 
-  model::Scene scene_;
-  model::PathTask task_;
+  scene::Scene scene_;
+  PathTask task_;
   Reference reference_;
 };
 
@@ -94,8 +94,8 @@ TEST_F(PathReference, GoesStraightOnBeyondTheEnd) {
 }
 
 TEST(Reference, CruiseAsksForAVelocityAndNoPlace) {
-  const model::Scene scene = Load("swim.toml");
-  const auto& task = std::get<model::CruiseTask>(scene.control->goal);
+  const scene::Scene scene = Load("swim.toml");
+  const auto& task = std::get<CruiseTask>(scene.control->goal);
   const Reference reference(scene.control->goal, scene.robot);
   EXPECT_FALSE(reference.has_position());
   EXPECT_FALSE(reference.has_tip());
@@ -105,8 +105,8 @@ TEST(Reference, CruiseAsksForAVelocityAndNoPlace) {
 }
 
 TEST(Reference, CircleLiesAboutTheArmsAxisAtItsHeight) {
-  const model::Scene scene = Load("reach.toml");
-  const auto& task = std::get<model::CircleTask>(scene.control->goal);
+  const scene::Scene scene = Load("reach.toml");
+  const auto& task = std::get<CircleTask>(scene.control->goal);
   const Reference reference(scene.control->goal, scene.robot);
   ASSERT_TRUE(reference.has_tip());
   EXPECT_EQ(reference.SettledTime(), task.approach_s);
@@ -124,8 +124,8 @@ TEST(Reference, CircleLiesAboutTheArmsAxisAtItsHeight) {
 }
 
 TEST(Reference, TheApproachToTheCircleIsSmooth) {
-  const model::Scene scene = Load("reach.toml");
-  const auto& task = std::get<model::CircleTask>(scene.control->goal);
+  const scene::Scene scene = Load("reach.toml");
+  const auto& task = std::get<CircleTask>(scene.control->goal);
   const Reference reference(scene.control->goal, scene.robot);
   constexpr double kStep_s = 1e-5;
   const auto rate = [&](double t) {

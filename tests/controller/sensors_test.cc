@@ -16,8 +16,8 @@ constexpr int kDraws = 2000;
 // Five standard errors: of a mean 1 / sqrt(n), of a standard deviation 1 / sqrt(2 n), of its sigma.
 const double kMean = 5 / std::sqrt(kDraws), kDeviation = 5 / std::sqrt(2.0 * kDraws);
 
-model::SensorOptions Noisy() {
-  model::SensorOptions o;
+SensorOptions Noisy() {
+  SensorOptions o;
   o.position_m = 2e-3;
   o.attitude_rad = 3e-3;
   o.velocity_m_s = 4e-3;
@@ -31,7 +31,7 @@ model::SensorOptions Noisy() {
 }
 
 /// What every coordinate of (zeta, dq, dv) should scatter by.
-VectorX Deviations(const ReducedModel& model, const model::SensorOptions& o) {
+VectorX Deviations(const ReducedModel& model, const SensorOptions& o) {
   const int n = model.velocity_count();
   VectorX d(2 * n);
   d.segment<3>(0).setConstant(o.attitude_rad);
@@ -49,7 +49,7 @@ VectorX Deviations(const ReducedModel& model, const model::SensorOptions& o) {
 
 /// Mean and standard deviation of kDraws measurements' errors, over their nominal deviation.
 struct Statistics {
-  Statistics(ControlScene* world, const model::SensorOptions& o) {
+  Statistics(ControlScene* world, const SensorOptions& o) {
     const ReducedState truth = world->Start();
     const VectorX nominal = Deviations(world->model, o);
     Sensors sensors(world->model, o);
@@ -77,7 +77,7 @@ TEST(Sensors, NoiseHasTheDeviationsOfTheOptionsAndNoMean) {
 
 TEST(Sensors, BiasIsDrawnOnceAndStaysApartFromTheNoise) {
   ControlScene world("steer.toml");
-  model::SensorOptions o = Noisy();
+  SensorOptions o = Noisy();
   o.bias = 3;
   const Statistics s(&world, o);
   EXPECT_LT((s.deviation.array() - 1.0).abs().maxCoeff(), kDeviation);
@@ -102,7 +102,7 @@ TEST(Sensors, PerfectOnesGiveTheTruth) {
 
 TEST(Sensors, ADelayedMeasurementIsTheTruthOfThen) {
   ControlScene world("steer.toml");
-  model::SensorOptions o;
+  SensorOptions o;
   o.delay_s = 0.03;
   Sensors sensors(world.model, o);
   ReducedState truth = world.Start(0.0);
@@ -119,7 +119,7 @@ TEST(Sensors, ADelayedMeasurementIsTheTruthOfThen) {
 
 TEST(Sensors, LosesItsShareOfMeasurements) {
   ControlScene world("steer.toml");
-  model::SensorOptions o;
+  SensorOptions o;
   o.loss = 0.3;
   Sensors sensors(world.model, o);
   ReducedState truth = world.Start(0.0);
@@ -139,7 +139,7 @@ TEST(Sensors, LosesItsShareOfMeasurements) {
 TEST(Sensors, TheSeedDecidesEveryBit) {
   ControlScene world("steer.toml");
   const ReducedState truth = world.Start();
-  model::SensorOptions o = Noisy();
+  SensorOptions o = Noisy();
   o.bias = 1;
   Sensors a(world.model, o), b(world.model, o);
   o.seed = 8;
@@ -154,7 +154,7 @@ TEST(Sensors, TheSeedDecidesEveryBit) {
 
 TEST(Sensors, AClampedRootIsNotDisplaced) {
   ControlScene world("reach.toml");
-  model::SensorOptions o = Noisy();
+  SensorOptions o = Noisy();
   const ReducedState truth = world.Start();
   Sensors sensors(world.model, o);
   const auto measured = sensors.Measure(truth);
@@ -166,7 +166,7 @@ TEST(Sensors, AClampedRootIsNotDisplaced) {
 
 TEST(Sensors, CableNoiseHasItsDeviation) {
   ControlScene world("reach.toml");
-  model::SensorOptions o;
+  SensorOptions o;
   o.cable_m = 2e-4;
   o.cable_rate_m_s = 3e-3;
   Sensors sensors(world.model, o);

@@ -13,12 +13,12 @@ namespace {
 using tests::ControlScene;
 using tests::DifferenceJacobian;
 using tests::JacobianMatches;
-using Quantity = model::SoftBound::Quantity;
+using Quantity = SoftBound::Quantity;
 
 /// Every term of a scene's goal with a weight of its own, and bounds of every quantity that a
 /// moving, bent robot breaks (or, `wide`, keeps).
-model::ControlOptions AllTerms(const ControlScene& world, bool wide = false) {
-  model::ControlOptions o = *world.scene.control;
+ControlOptions AllTerms(const ControlScene& world, bool wide = false) {
+  ControlOptions o = *world.scene.control;
   o.cost.position = 3;
   o.cost.heading = 0.7;
   o.cost.velocity = 11;
@@ -46,7 +46,7 @@ model::ControlOptions AllTerms(const ControlScene& world, bool wide = false) {
 constexpr double kStep = 1e-3, kShare = 1e-8;
 
 void CheckJacobian(ControlScene* world, const ReducedState& at) {
-  const model::ControlOptions options = AllTerms(*world);
+  const ControlOptions options = AllTerms(*world);
   StageCost cost(world->model, options, world->reference);
   const int columns = 2 * world->model.velocity_count();
   VectorX residual(cost.rows());
@@ -101,14 +101,14 @@ TEST(StageCost, JacobianMatchesDifferencesOfATip) {
   // The clamped root's columns are differentiated as well: the tip's place depends on its pose.
   ControlScene world("reach.toml");
   CheckJacobian(&world, Tumbling(&world));
-  const model::ControlOptions options = AllTerms(world);
+  const ControlOptions options = AllTerms(world);
   const StageCost cost(world.model, options, world.reference);
   EXPECT_EQ(cost.rows(), 3 + 4) << "the tip and a curvature in each of four segments";
 }
 
 TEST(StageCost, ValueIsTheDefinitionsSum) {
   ControlScene world("steer.toml");
-  model::ControlOptions options = AllTerms(world);
+  ControlOptions options = AllTerms(world);
   const ReducedState s = Tumbling(&world);
   StageCost cost(world.model, options, world.reference);
   VectorX residual(cost.rows());
@@ -138,7 +138,7 @@ TEST(StageCost, ValueIsTheDefinitionsSum) {
 
 TEST(StageCost, BoundsThatAreKeptCostNothingAndPushNowhere) {
   ControlScene world("steer.toml");
-  const model::ControlOptions broken = AllTerms(world), kept = AllTerms(world, true);
+  const ControlOptions broken = AllTerms(world), kept = AllTerms(world, true);
   const ReducedState s = Tumbling(&world);
   StageCost with(world.model, broken, world.reference), cost(world.model, kept, world.reference);
   ASSERT_EQ(cost.rows(), with.rows());
@@ -155,8 +155,8 @@ TEST(StageCost, BoundsThatAreKeptCostNothingAndPushNowhere) {
 TEST(StageCost, AtRestJacobiansOfNormsAreFinite) {
   // The norm has no derivative at zero: a bound that is broken there from below pushes nowhere.
   ControlScene world("steer.toml");
-  model::ControlOptions options = AllTerms(world);
-  for (model::SoftBound& b : options.bounds) b.low = b.high = 10.0;
+  ControlOptions options = AllTerms(world);
+  for (SoftBound& b : options.bounds) b.low = b.high = 10.0;
   StageCost cost(world.model, options, world.reference);
   const ReducedState rest = InitialState(world.model);
   VectorX residual(cost.rows());
@@ -168,7 +168,7 @@ TEST(StageCost, AtRestJacobiansOfNormsAreFinite) {
 
 TEST(StageCost, TermsWithoutAWeightHaveNoRows) {
   ControlScene world("steer.toml");
-  model::ControlOptions options = *world.scene.control;
+  ControlOptions options = *world.scene.control;
   options.cost = {};
   options.bounds.clear();
   StageCost none(world.model, options, world.reference);
@@ -180,7 +180,7 @@ TEST(StageCost, TermsWithoutAWeightHaveNoRows) {
 
 TEST(StageCost, InputValueIsEffortAndRate) {
   ControlScene world("reach.toml");
-  model::ControlOptions options = *world.scene.control;
+  ControlOptions options = *world.scene.control;
   options.cost.effort = 0.3;
   options.cost.rate = 0.05;
   StageCost cost(world.model, options, world.reference);

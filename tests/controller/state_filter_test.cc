@@ -15,13 +15,13 @@ namespace {
 using tests::kPeriod_s;
 using tests::Truth;
 
-StateFilter MakeFilter(const Truth& truth, const model::EstimatorOptions& options = {},
-                       const model::SensorOptions& sensors = {}) {
+StateFilter MakeFilter(const Truth& truth, const EstimatorOptions& options = {},
+                       const SensorOptions& sensors = {}) {
   return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
 }
 
-model::SensorOptions Noise() {
-  model::SensorOptions noise;
+SensorOptions Noise() {
+  SensorOptions noise;
   noise.position_m = 2e-3;
   noise.attitude_rad = 5e-3;
   noise.velocity_m_s = 5e-3;
@@ -42,7 +42,7 @@ VectorX WithoutAlternation(VectorX bias) {
 
 TEST(StateFilter, CovarianceIsCarriedByTheModelsDerivatives) {
   Truth truth("steer.toml");
-  model::EstimatorOptions sure;
+  EstimatorOptions sure;
   sure.model_noise = 1e-6;
   sure.tension_walk_n = sure.acceleration_walk_m_s2 = 0;
   StateFilter filter = MakeFilter(truth, sure);
@@ -88,7 +88,7 @@ TEST(StateFilter, NoiseOfTheModelEntersRatesAndDisturbances) {
   Truth truth("steer.toml");
   const int n = static_cast<int>(truth.state.v.size()), motors = static_cast<int>(truth.u.size());
   const auto variances = [&](double model_noise, double walk) {
-    model::EstimatorOptions options;
+    EstimatorOptions options;
     options.model_noise = model_noise;
     options.tension_walk_n = options.acceleration_walk_m_s2 = walk;
     StateFilter filter = MakeFilter(truth, options);
@@ -107,7 +107,7 @@ TEST(StateFilter, NoiseOfTheModelEntersRatesAndDisturbances) {
 
 TEST(StateFilter, ACorrectionIsKalmans) {
   Truth truth("steer.toml");
-  const model::SensorOptions noise = Noise();
+  const SensorOptions noise = Noise();
   StateFilter filter = MakeFilter(truth, {}, noise);
   filter.Start(truth.state);
   const int n = static_cast<int>(2 * truth.state.v.size());
@@ -142,7 +142,7 @@ TEST(StateFilter, IsNotSurerThanItIsRight) {
   // Errors over their deviations: their mean square is one where the filter is right, less where
   // it allows for a model that is worse than this one.
   Truth truth("steer.toml");
-  const model::SensorOptions noise = Noise();
+  const SensorOptions noise = Noise();
   StateFilter filter = MakeFilter(truth, {}, noise);
   Sensors sensors(truth.world.model, noise);
   filter.Start(truth.state);
@@ -186,7 +186,7 @@ TEST_P(BiasOf, AMotorIsFoundInSomeSeconds) {
 
 TEST(StateFilter, FindsAnAccelerationOfTheRoot) {
   Truth truth("steer.toml");
-  model::EstimatorOptions options;
+  EstimatorOptions options;
   options.model_noise = 0.2;  // else the noise of the root's velocity explains most of it
   StateFilter filter = MakeFilter(truth, options);
   filter.Start(truth.state);

@@ -11,17 +11,17 @@
 
 namespace mantle::tests {
 
-inline model::Reduction SteeredReduction(const std::vector<model::Actuator>& motors) {
-  model::Reduction r;
+inline reduced::Reduction SteeredReduction(const std::vector<reduced::Actuator>& motors) {
+  reduced::Reduction r;
   r.arms[0].segments = 3;
   r.arms[0].points = 2;
   r.actuators = motors;
-  r.scheme = model::StepScheme::kBackwardEuler;
+  r.scheme = reduced::StepScheme::kBackwardEuler;
   return r;
 }
 
-inline model::ControlOptions SteeredOptions(const model::ControlGoal& goal, int motors) {
-  model::ControlOptions o;
+inline ControlOptions SteeredOptions(const ControlGoal& goal, int motors) {
+  ControlOptions o;
   o.goal = goal;
   o.period_s = 0.1;
   o.motors.assign(motors, {0.0, 0.8, 2.0, false});
@@ -38,21 +38,21 @@ inline model::ControlOptions SteeredOptions(const model::ControlGoal& goal, int 
 
 /// A model, its options and its reference, at addresses that stay.
 struct Steered {
-  Steered(const model::Robot& robot, const std::vector<model::Actuator>& motors,
-          const model::ControlGoal& goal)
+  Steered(const model::Robot& robot, const std::vector<reduced::Actuator>& motors,
+          const ControlGoal& goal)
       : model(robot, SteeredReduction(motors)),
         options(SteeredOptions(goal, static_cast<int>(motors.size()))),
         reference(goal, robot) {}
   controller::ControllerParts parts() const { return {model, step, options, reference}; }
 
   reduced::ReducedModel model;
-  reduced::StepSettings step{model::StepScheme::kBackwardEuler, 1e-8};
-  model::ControlOptions options;
+  reduced::StepSettings step{reduced::StepScheme::kBackwardEuler, 1e-8};
+  ControlOptions options;
   controller::Reference reference;
 };
 
-inline std::vector<model::Actuator> FourMotors() {
-  std::vector<model::Actuator> motors = FiveMotors();
+inline std::vector<reduced::Actuator> FourMotors() {
+  std::vector<reduced::Actuator> motors = FiveMotors();
   motors.pop_back();
   return motors;
 }
@@ -60,19 +60,19 @@ inline std::vector<model::Actuator> FourMotors() {
 inline constexpr double kSpeed_m_s = 0.06;
 
 /// Motors 0 to 3 pull the arm's cables, motor 4 pulses the mantle.
-inline std::unique_ptr<Steered> SteeredVehicle(const model::ControlGoal& goal) {
+inline std::unique_ptr<Steered> SteeredVehicle(const ControlGoal& goal) {
   auto s = std::make_unique<Steered>(SwimmingRobot(12, 32), FiveMotors(), goal);
   s->options.gait.motors[4] = {0.0, 0.5, 0.4, 0.0, 0.4, 0.0};
   return s;
 }
-inline model::PathTask StraightPath() {
+inline PathTask StraightPath() {
   return {{model::Vector3(0, 0, 1), model::Vector3(0, 0, 2)}, kSpeed_m_s, 2.0, 0.0266};
 }
 
 /// The circle's gait pulls the cables in turn.
 inline std::unique_ptr<Steered> SteeredTip() {
-  auto s = std::make_unique<Steered>(ClampedArm(12), FourMotors(),
-                                     model::CircleTask{0, 0.1, 0.4, 4.0, 2.0});
+  auto s =
+      std::make_unique<Steered>(ClampedArm(12), FourMotors(), CircleTask{0, 0.1, 0.4, 4.0, 2.0});
   s->options.gait.period_s = 4;
   for (int i = 0; i < 4; ++i) {
     s->options.gait.motors[i] = {0.0, 0.3, 0.25, 0.0, 0.25, 0.25 * i};

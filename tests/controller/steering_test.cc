@@ -62,8 +62,8 @@ TEST(Steering, ATipMovesTowardsThePulledCable) {
 }
 
 TEST(Steering, MantlesAndSymmetricGangsDoNotSteer) {
-  std::vector<model::Actuator> motors = tests::FiveMotors();
-  motors[0].targets.push_back({model::ActuatorTarget::Kind::kCable, 2, 1.0});
+  std::vector<reduced::Actuator> motors = tests::FiveMotors();
+  motors[0].targets.push_back({reduced::ActuatorTarget::Kind::kCable, 2, 1.0});
   const Steered s(tests::SwimmingRobot(12, 32), motors, tests::StraightPath());
   const Eigen::Matrix2Xd n = PullDirections(s.model, -1);
   EXPECT_EQ(n.col(0).norm(), 0.0) << "opposite cables on one motor";
@@ -119,7 +119,7 @@ TEST(Steering, HeadingErrorIsTheAngleAllTheWayRound) {
 }
 
 TEST(Steering, RatesOfErrorsAreTheirDerivatives) {
-  const auto vehicle = tests::SteeredVehicle(model::CruiseTask{});
+  const auto vehicle = tests::SteeredVehicle(CruiseTask{});
   const auto tip = tests::SteeredTip();
   for (const Steered* s : {vehicle.get(), tip.get()}) {
     ReducedState state = tests::RandomReducedState(s->model, 0.3, 5);

@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "firmware_sim/candump_log.h"
+#include "firmware_sim/bus/candump_log.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/vcan.h"
 

@@ -1,4 +1,4 @@
-#include "firmware_sim/bus_load.h"
+#include "firmware_sim/bus/bus_load.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 #include <cstdlib>
 #include <new>
 
-#include "firmware_sim/multicast_frame.h"
-#include "firmware_sim/recording_bus.h"
-#include "firmware_sim/udp_multicast_bus.h"
+#include "firmware_sim/bus/multicast_frame.h"
+#include "firmware_sim/bus/recording_bus.h"
+#include "firmware_sim/bus/udp_multicast_bus.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/rig.h"
 

@@ -1,4 +1,4 @@
-#include "firmware_sim/candump_log.h"
+#include "firmware_sim/bus/candump_log.h"
 
 #include <gtest/gtest.h>
 

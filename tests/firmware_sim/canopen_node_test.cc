@@ -1,4 +1,4 @@
-#include "firmware_sim/canopen_node.h"
+#include "firmware_sim/canopen/canopen_node.h"
 
 #include <gtest/gtest.h>
 

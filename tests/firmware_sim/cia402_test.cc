@@ -1,4 +1,4 @@
-#include "firmware_sim/cia402.h"
+#include "firmware_sim/canopen/cia402.h"
 
 #include <gtest/gtest.h>
 

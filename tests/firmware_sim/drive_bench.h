@@ -4,8 +4,8 @@
 #include <map>
 #include <vector>
 
-#include "firmware_sim/drive.h"
-#include "firmware_sim/wire.h"
+#include "firmware_sim/bus/wire.h"
+#include "firmware_sim/drive/drive.h"
 
 /// A drive on a test bench: a hand that sends frames at chosen times and keeps what comes back.
 /// The bench is the bus: no transport, no wall clock.

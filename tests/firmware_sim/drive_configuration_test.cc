@@ -1,4 +1,4 @@
-#include "firmware_sim/drive_configuration.h"
+#include "firmware_sim/master/drive_configuration.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware_sim/object_dictionary.h"
+#include "firmware_sim/canopen/object_dictionary.h"
 
 namespace mantle::firmware_sim {
 namespace {

@@ -1,4 +1,4 @@
-#include "firmware_sim/drive.h"
+#include "firmware_sim/drive/drive.h"
 
 #include <gtest/gtest.h>
 

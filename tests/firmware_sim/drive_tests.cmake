@@ -11,12 +11,16 @@ mantle_test(firmware_sim.fuzz fuzz_test.cc LIBS mantle::firmware_sim)
 find_package(Python3 REQUIRED COMPONENTS Interpreter)
 add_test(NAME firmware_sim.eds_file
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/eds_test.py
-    ${PROJECT_SOURCE_DIR}/firmware_sim/mantle_drive.eds)
+    ${PROJECT_SOURCE_DIR}/firmware_sim/canopen/mantle_drive.eds)
 
 # The same frames against a copy of the drive under ASan and UBSan, in every build.
 if(NOT MANTLE_SANITIZE)
-  get_target_property(drive_sources mantle_firmware_sim SOURCES)
-  list(TRANSFORM drive_sources PREPEND ${PROJECT_SOURCE_DIR}/firmware_sim/)
+  set(drive_sources)
+  foreach(part IN ITEMS bus canopen drive master)
+    get_target_property(part_sources mantle_${part} SOURCES)
+    list(TRANSFORM part_sources PREPEND ${PROJECT_SOURCE_DIR}/firmware_sim/)
+    list(APPEND drive_sources ${part_sources})
+  endforeach()
   mantle_test(firmware_sim.fuzz_sanitized fuzz_test.cc SOURCES ${drive_sources} LIBS fmt::fmt)
   set(sanitize -fsanitize=address,undefined -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_compile_features(test_firmware_sim_fuzz_sanitized PRIVATE cxx_std_20)

@@ -1,4 +1,4 @@
-#include "firmware_sim/eds.h"
+#include "firmware_sim/canopen/eds.h"
 
 #include <gtest/gtest.h>
 
@@ -13,7 +13,7 @@ TEST(Eds, TheShippedFileIsTheGeneratedOne) {
   std::stringstream text;
   text << file.rdbuf();
   EXPECT_EQ(text.str(), MakeEds())
-      << "run: build/mantle drives --eds > firmware_sim/mantle_drive.eds";
+      << "run: build/mantle drives --eds > firmware_sim/canopen/mantle_drive.eds";
 }
 
 }  // namespace

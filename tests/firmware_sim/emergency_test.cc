@@ -1,4 +1,4 @@
-#include "firmware_sim/emergency.h"
+#include "firmware_sim/canopen/emergency.h"
 
 #include <gtest/gtest.h>
 

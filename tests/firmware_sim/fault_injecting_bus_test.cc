@@ -1,4 +1,4 @@
-#include "firmware_sim/fault_injecting_bus.h"
+#include "firmware_sim/bus/fault_injecting_bus.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
-#include "firmware_sim/loop_bus.h"
+#include "firmware_sim/bus/loop_bus.h"
 #include "tests/firmware_sim/frames.h"
 
 namespace mantle::firmware_sim {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "firmware_sim/bus.h"
-#include "firmware_sim/can_frame.h"
+#include "firmware_sim/bus/bus.h"
+#include "firmware_sim/bus/can_frame.h"
 
 /// Short ways to write frames and to read a bus in the tests of firmware_sim.
 

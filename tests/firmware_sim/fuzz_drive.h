@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <span>
 
-#include "firmware_sim/drive.h"
-#include "firmware_sim/wire.h"
+#include "firmware_sim/bus/wire.h"
+#include "firmware_sim/drive/drive.h"
 
 /// What must hold of a drive whatever a bus brings it; used by fuzz_test.cc (10^6 frames in every
 /// run) and by the libFuzzer target fuzz_target.cc.

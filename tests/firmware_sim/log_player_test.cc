@@ -1,10 +1,10 @@
-#include "firmware_sim/log_player.h"
+#include "firmware_sim/bus/log_player.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 
-#include "firmware_sim/loop_bus.h"
+#include "firmware_sim/bus/loop_bus.h"
 #include "tests/firmware_sim/frames.h"
 
 namespace mantle::firmware_sim {

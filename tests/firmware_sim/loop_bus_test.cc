@@ -1,11 +1,11 @@
-#include "firmware_sim/loop_bus.h"
+#include "firmware_sim/bus/loop_bus.h"
 
 #include <gtest/gtest.h>
 
 #include <stdexcept>
 #include <vector>
 
-#include "firmware_sim/bus_load.h"
+#include "firmware_sim/bus/bus_load.h"
 #include "tests/firmware_sim/frames.h"
 
 namespace mantle::firmware_sim {

@@ -1,4 +1,4 @@
-#include "firmware_sim/master.h"
+#include "firmware_sim/master/master.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "firmware_sim/bus_load.h"
+#include "firmware_sim/bus/bus_load.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/rig.h"
 

@@ -1,4 +1,4 @@
-#include "firmware_sim/motion.h"
+#include "firmware_sim/drive/motion.h"
 
 #include <gtest/gtest.h>
 

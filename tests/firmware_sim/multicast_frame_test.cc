@@ -1,4 +1,4 @@
-#include "firmware_sim/multicast_frame.h"
+#include "firmware_sim/bus/multicast_frame.h"
 
 #include <gtest/gtest.h>
 

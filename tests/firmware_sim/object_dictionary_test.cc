@@ -1,4 +1,4 @@
-#include "firmware_sim/object_dictionary.h"
+#include "firmware_sim/canopen/object_dictionary.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "firmware_sim/open_bus.h"
+#include "firmware_sim/bus/open_bus.h"
 
 #include <gtest/gtest.h>
 

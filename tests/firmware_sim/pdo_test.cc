@@ -1,4 +1,4 @@
-#include "firmware_sim/pdo.h"
+#include "firmware_sim/canopen/pdo.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "firmware_sim/power_stage.h"
+#include "firmware_sim/drive/power_stage.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "firmware_sim/winch.h"
+#include "firmware_sim/drive/winch.h"
 
 namespace mantle::firmware_sim {
 namespace {

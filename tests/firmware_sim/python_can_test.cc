@@ -4,7 +4,7 @@
 #include <sstream>
 #include <string>
 
-#include "firmware_sim/udp_multicast_bus.h"
+#include "firmware_sim/bus/udp_multicast_bus.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/real_time_master.h"
 #include "tests/firmware_sim/vcan.h"

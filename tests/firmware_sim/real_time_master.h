@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "firmware_sim/master.h"
-#include "firmware_sim/open_bus.h"
-#include "firmware_sim/socket_time.h"
+#include "firmware_sim/bus/open_bus.h"
+#include "firmware_sim/bus/socket_time.h"
+#include "firmware_sim/master/master.h"
 #include "tests/firmware_sim/rig.h"
 
 /// A master on the wall clock, as a program that controls drives runs it.

@@ -1,4 +1,4 @@
-#include "firmware_sim/recording_bus.h"
+#include "firmware_sim/bus/recording_bus.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-#include "firmware_sim/loop_bus.h"
+#include "firmware_sim/bus/loop_bus.h"
 #include "tests/firmware_sim/frames.h"
 
 namespace mantle::firmware_sim {

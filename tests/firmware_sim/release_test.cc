@@ -1,4 +1,4 @@
-#include "firmware_sim/release.h"
+#include "firmware_sim/drive/release.h"
 
 #include <gtest/gtest.h>
 

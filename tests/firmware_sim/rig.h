@@ -4,10 +4,10 @@
 #include <memory>
 #include <vector>
 
-#include "firmware_sim/drive.h"
-#include "firmware_sim/fault_injecting_bus.h"
-#include "firmware_sim/loop_bus.h"
-#include "firmware_sim/master.h"
+#include "firmware_sim/bus/fault_injecting_bus.h"
+#include "firmware_sim/bus/loop_bus.h"
+#include "firmware_sim/drive/drive.h"
+#include "firmware_sim/master/master.h"
 
 /// A master and real drives on one in-process bus, stepped by hand.
 

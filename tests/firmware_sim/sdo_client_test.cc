@@ -1,4 +1,4 @@
-#include "firmware_sim/sdo_client.h"
+#include "firmware_sim/canopen/sdo_client.h"
 
 #include <gtest/gtest.h>
 

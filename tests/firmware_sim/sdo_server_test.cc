@@ -1,4 +1,4 @@
-#include "firmware_sim/sdo_server.h"
+#include "firmware_sim/canopen/sdo_server.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "firmware_sim/socket_can_bus.h"
+#include "firmware_sim/bus/socket_can_bus.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <string>
 #include <system_error>
 
-#include "firmware_sim/candump_log.h"
+#include "firmware_sim/bus/candump_log.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/vcan.h"
 

@@ -1,4 +1,4 @@
-#include "firmware_sim/state_machine.h"
+#include "firmware_sim/canopen/state_machine.h"
 
 #include <gtest/gtest.h>
 

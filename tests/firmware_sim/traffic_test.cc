@@ -1,4 +1,4 @@
-#include "firmware_sim/traffic.h"
+#include "firmware_sim/canopen/traffic.h"
 
 #include <gtest/gtest.h>
 

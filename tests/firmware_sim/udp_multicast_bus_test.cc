@@ -1,4 +1,4 @@
-#include "firmware_sim/udp_multicast_bus.h"
+#include "firmware_sim/bus/udp_multicast_bus.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 
 #include <string>
 
-#include "firmware_sim/socket_time.h"
+#include "firmware_sim/bus/socket_time.h"
 #include "tests/firmware_sim/frames.h"
 
 // On the loopback interface of this machine: nothing leaves it.

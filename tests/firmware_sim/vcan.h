@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "firmware_sim/socket_time.h"
+#include "firmware_sim/bus/socket_time.h"
 
 /// For the tests that run where vcan0 exists (through tools/vcan_run) and drive real processes.
 

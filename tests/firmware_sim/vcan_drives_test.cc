@@ -10,9 +10,9 @@
 #include <sstream>
 #include <string>
 
-#include "firmware_sim/candump_log.h"
-#include "firmware_sim/open_bus.h"
-#include "firmware_sim/wire.h"
+#include "firmware_sim/bus/candump_log.h"
+#include "firmware_sim/bus/open_bus.h"
+#include "firmware_sim/bus/wire.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/real_time_master.h"
 #include "tests/firmware_sim/vcan.h"

@@ -1,4 +1,4 @@
-#include "firmware_sim/winch.h"
+#include "firmware_sim/drive/winch.h"
 
 #include <gtest/gtest.h>
 

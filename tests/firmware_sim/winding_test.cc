@@ -1,4 +1,4 @@
-#include "firmware_sim/winding.h"
+#include "firmware_sim/drive/winding.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "firmware_sim/candump_log.h"
+#include "firmware_sim/bus/candump_log.h"
+#include "loop/vehicle.h"
 #include "tests/loop/vehicles.h"
-#include "tools/loop/vehicle.h"
 
 /// One second of a two-motor vehicle on a named bus, and what it must have in common with the same
 /// second in process.

@@ -5,7 +5,7 @@
 #include <string>
 #include <system_error>
 
-#include "firmware_sim/open_bus.h"
+#include "firmware_sim/bus/open_bus.h"
 #include "tests/loop/bus_runs.h"
 
 // Multicast on the loopback interface of this machine: nothing leaves it.

@@ -1,18 +1,18 @@
-#include "tools/loop/closed_loop.h"
+#include "loop/closed_loop.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <vector>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 
 namespace mantle::loop {
 namespace {
 
-model::Scene Reach(std::vector<std::string> overrides = {}) {
+scene::Scene Reach(std::vector<std::string> overrides = {}) {
   overrides.push_back("time.duration=0.5");
-  return model::LoadScene(MANTLE_SOURCE_DIR "/scenes/reach.toml", overrides);
+  return scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/reach.toml", overrides);
 }
 constexpr int kCycles = 50, kCyclesPerPlan = 5;
 
@@ -60,7 +60,7 @@ TEST(ClosedLoop, PlantWorkAndWinchWorkAgreeButForTheCables) {
 }
 
 TEST(ClosedLoop, MismatchIsThePlantsAlone) {
-  const model::Scene scene = Reach({"mismatch.young=1.2", "mismatch.drag=1.5"});
+  const scene::Scene scene = Reach({"mismatch.young=1.2", "mismatch.drag=1.5"});
   ClosedLoop loop(scene);
   const double believed = scene.robot.arms[0].material.young_pa;
   EXPECT_EQ(loop.reduced().plant.robot.arms[0].material.young_pa, believed);
@@ -70,10 +70,10 @@ TEST(ClosedLoop, MismatchIsThePlantsAlone) {
 }
 
 TEST(ClosedLoop, RefusesScenesThatAreNoClosedLoop) {
-  model::Scene without = Reach();
+  scene::Scene without = Reach();
   without.control.reset();
-  EXPECT_THROW(ClosedLoop{without}, model::BadScene);
-  EXPECT_THROW(ClosedLoop{Reach({"drives.period=0.03"})}, model::BadScene)
+  EXPECT_THROW(ClosedLoop{without}, scene::BadScene);
+  EXPECT_THROW(ClosedLoop{Reach({"drives.period=0.03"})}, scene::BadScene)
       << "50 ms are no multiple of 30 ms";
 }
 

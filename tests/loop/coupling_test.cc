@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <vector>
 
+#include "loop/vehicle.h"
 #include "tests/loop/vehicles.h"
-#include "tools/loop/vehicle.h"
 
 /// Drives and plant advance by turns: what that costs, and that it falls with the step.
 
@@ -116,10 +116,10 @@ TEST(Coupling, AStiffCableStaysAtRestWhereItWasPulled) {
 
 TEST(Coupling, GangedCablesShareTheDrumByTheirGains) {
   const model::Plant plant(ClampedArm());
-  using Kind = model::ActuatorTarget::Kind;
+  using Kind = reduced::ActuatorTarget::Kind;
   // Two neighbouring cables, one on a smaller drum.
-  const model::Actuator both{"both", {{Kind::kCable, 0, 1.0}, {Kind::kCable, 1, 0.8}}};
-  const model::DriveOptions drives{.cable_stiffness_n_m = 500};
+  const reduced::Actuator both{"both", {{Kind::kCable, 0, 1.0}, {Kind::kCable, 1, 0.8}}};
+  const DriveOptions drives{.cable_stiffness_n_m = 500};
   Vehicle vehicle(plant, LoopRun(), {both}, drives);
   ASSERT_TRUE(vehicle.BringUp().ok);
   for (int k = 0; k < 60; ++k) {

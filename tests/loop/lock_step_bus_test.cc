@@ -1,4 +1,4 @@
-#include "tools/loop/lock_step_bus.h"
+#include "loop/lock_step_bus.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
-#include "tools/loop/loop_account.h"
+#include "loop/loop_account.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 
 namespace mantle::loop {
 namespace {
@@ -17,7 +17,7 @@ constexpr double kRoundOff = 1e-12;
 
 struct Bench {
   explicit Bench(const std::string& name, const std::vector<std::string>& overrides = {})
-      : scene(model::LoadScene(MANTLE_SOURCE_DIR "/scenes/" + name + ".toml", overrides)),
+      : scene(scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/" + name + ".toml", overrides)),
         reduced(scene.robot, scene.reduction),
         plant(scene.robot),
         reference(scene.control->goal, scene.robot),
@@ -33,7 +33,7 @@ struct Bench {
     return account.Look(truth, plant_state, &result);
   }
 
-  model::Scene scene;
+  scene::Scene scene;
   reduced::ReducedModel reduced;
   model::Plant plant;
   controller::Reference reference;
@@ -46,8 +46,8 @@ struct Bench {
 
 TEST(LoopAccount, WaypointsArePassedInTurn) {
   Bench b("steer");
-  const auto& points = std::get<model::PathTask>(b.scene.control->goal).waypoints;
-  const double tolerance_m = std::get<model::PathTask>(b.scene.control->goal).tolerance_m;
+  const auto& points = std::get<controller::PathTask>(b.scene.control->goal).waypoints;
+  const double tolerance_m = std::get<controller::PathTask>(b.scene.control->goal).tolerance_m;
   b.LookAt(1.0, points[1]);
   EXPECT_TRUE(std::isinf(b.result.waypoints[1].distance_m)) << "its turn has not come";
   b.LookAt(2.0, points[0] + Vector3(1.01 * tolerance_m, 0, 0));

@@ -1,11 +1,11 @@
-#include "tools/loop/metered_bus.h"
+#include "loop/metered_bus.h"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "firmware_sim/bus_load.h"
-#include "firmware_sim/loop_bus.h"
+#include "firmware_sim/bus/bus_load.h"
+#include "firmware_sim/bus/loop_bus.h"
 
 namespace mantle::loop {
 namespace {

@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 #include "tests/support/allocation_counter.h"
-#include "tools/loop/vehicle.h"
 
 namespace mantle::loop {
 namespace {

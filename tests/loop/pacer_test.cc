@@ -1,8 +1,8 @@
-#include "tools/loop/pacer.h"
+#include "loop/pacer.h"
 
 #include <gtest/gtest.h>
 
-#include "firmware_sim/socket_time.h"
+#include "firmware_sim/bus/socket_time.h"
 
 namespace mantle::loop {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "loop/vehicle.h"
 #include "tests/loop/vehicles.h"
-#include "tools/loop/vehicle.h"
 
 /// How a run ends: by Stop, or by a controller that no longer talks.
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "controller/tension_loop.h"
+#include "loop/vehicle.h"
 #include "tests/loop/vehicles.h"
-#include "tools/loop/vehicle.h"
 
 /// The tension that cables really have under TensionLoop, on the free-swimming robot of the control
 /// scenes: the mantle's spokes follow a triangle of 0.5 N and 0.66 s, three arm cables ramps of
@@ -43,7 +43,7 @@ double Wanted(int motor, double t_s) {
 /// Root mean square of the tension's error per motor over 6 s [N].
 std::vector<double> TrackingError(double stiffness_n_m, double noise_m) {
   const model::Plant plant(SwimmingRobot());
-  const model::DriveOptions drives{.cable_stiffness_n_m = stiffness_n_m};
+  const DriveOptions drives{.cable_stiffness_n_m = stiffness_n_m};
   model::RunSettings run = LoopRun();
   run.account_energy = false;
   Vehicle vehicle(plant, run, FiveMotors(), drives);

@@ -1,4 +1,4 @@
-#include "tools/loop/vehicle.h"
+#include "loop/vehicle.h"
 
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ MotorCommand Pull(const Vehicle& vehicle, double tension_n, double sigma) {
 TEST(Vehicle, BringUpEndsWithEveryCableAtItsPretensionAndThePlantUntouched) {
   const model::Plant plant(ClampedArm());
   for (const double stiffness : {500.0, 5000.0}) {
-    model::DriveOptions drives;
+    DriveOptions drives;
     drives.cable_stiffness_n_m = stiffness;
     Vehicle vehicle(plant, LoopRun(), {CableMotor("a", 0), CableMotor("b", 2)}, drives);
     const model::StepStatus status = vehicle.BringUp();
@@ -73,7 +73,7 @@ TEST(Vehicle, APulledCableBendsTheArmWithTheTensionThatItsTorqueSays) {
   EXPECT_GT((sample.tips[0].position - straight).norm(), kBent_m);
 }
 
-std::string Refusal(const std::vector<model::Actuator>& motors, const model::DriveOptions& drives,
+std::string Refusal(const std::vector<reduced::Actuator>& motors, const DriveOptions& drives,
                     const VehicleOptions& options = {}) {
   const model::Plant plant(ClampedArm(4));
   try {
@@ -85,8 +85,8 @@ std::string Refusal(const std::vector<model::Actuator>& motors, const model::Dri
 }
 
 TEST(Vehicle, RefusesMotorsAndOptionsByNameValueAndBound) {
-  using Kind = model::ActuatorTarget::Kind;
-  const std::vector<model::Actuator> good = {CableMotor("a", 0)};
+  using Kind = reduced::ActuatorTarget::Kind;
+  const std::vector<reduced::Actuator> good = {CableMotor("a", 0)};
   const auto expect = [](const std::string& refusal, const char* part) {
     EXPECT_NE(refusal.find(part), std::string::npos) << refusal;
   };
@@ -118,7 +118,7 @@ TEST(Vehicle, CouplingStepsDivideThePeriodAndFollowTheStiffness) {
   int before = 0;
   for (const double stiffness : {10.0, 500.0, 5000.0, 50000.0}) {
     for (const double period : {0.001, 0.007, 0.01, 0.02}) {
-      model::DriveOptions drives;
+      DriveOptions drives;
       drives.cable_stiffness_n_m = stiffness;
       drives.period_s = period;
       const int steps = CouplingSteps(drives);

@@ -5,17 +5,17 @@
 #include <string>
 #include <vector>
 
-#include "model/control.h"
-#include "model/reduction.h"
+#include "controller/options.h"
 #include "model/simulation.h"
+#include "reduced/reduction.h"
 #include "tests/support/paper_robot.h"
 
 /// Robots and motors of the closed loop's tests.
 
 namespace mantle::tests {
 
-inline model::Actuator CableMotor(const std::string& name, int cable) {
-  return {name, {{model::ActuatorTarget::Kind::kCable, cable, 1.0}}};
+inline reduced::Actuator CableMotor(const std::string& name, int cable) {
+  return {name, {{reduced::ActuatorTarget::Kind::kCable, cable, 1.0}}};
 }
 
 /// The paper's arm with four cables 90 degrees apart ([physics.md] 2).
@@ -41,8 +41,8 @@ inline model::Robot SwimmingRobot(int arm_elements = 20, int mantle_elements = 3
   return robot;
 }
 
-inline std::vector<model::Actuator> FiveMotors() {
-  std::vector<model::Actuator> motors;
+inline std::vector<reduced::Actuator> FiveMotors() {
+  std::vector<reduced::Actuator> motors;
   for (int k = 0; k < 4; ++k) motors.push_back(CableMotor("arm" + std::to_string(k + 1), k));
   motors.push_back(CableMotor("mantle", 4));
   return motors;

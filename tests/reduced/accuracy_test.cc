@@ -5,12 +5,12 @@
 #include <string>
 #include <utility>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 
 namespace mantle::reduced {
 namespace {
 
-Reduction Segments(int n, const model::StrainChoice& strains) {
+Reduction Segments(int n, const StrainChoice& strains) {
   Reduction r;
   r.arms[0].segments = n;
   r.arms[0].strains = strains;
@@ -28,9 +28,9 @@ TEST(ReducedAccuracy, StaticArmHasThePublishedErrors) {
   // [physics.md] 8
   for (const auto& [n, published] :
        {std::pair{1, 0.23}, {2, 0.065}, {3, 0.024}, {4, 0.011}, {6, 0.0036}}) {
-    const double six = tests::StaticTipError(robot, Segments(n, model::kSixStrains), full);
+    const double six = tests::StaticTipError(robot, Segments(n, kSixStrains), full);
     EXPECT_NEAR(six, published, kPublishedShare * published + kMesh) << n << " segments";
-    const double four = tests::StaticTipError(robot, Segments(n, model::kFourStrains), full);
+    const double four = tests::StaticTipError(robot, Segments(n, kFourStrains), full);
     EXPECT_LT(four, 1.25 * six + kMesh) << n << " segments: four strains lose 10 to 25 %";
   }
 }
@@ -41,11 +41,11 @@ TEST(ReducedAccuracy, MovingArmHasThePublishedErrors) {
   constexpr double kStep_s = 0.01;
   for (const auto& [n, published] :
        {std::pair{1, 0.025}, {2, 0.0076}, {3, 0.0044}, {4, 0.0027}, {6, 0.0013}}) {
-    const Reduction six = Segments(n, model::kSixStrains);
+    const Reduction six = Segments(n, kSixStrains);
     EXPECT_NEAR(tests::ErrorsOfRun(robot, six, kStep_s, full).tip, published,
                 kPublishedShare * published + kMesh)
         << n << " segments";
-    const Reduction four = Segments(n, model::kFourStrains);
+    const Reduction four = Segments(n, kFourStrains);
     EXPECT_LT(tests::ErrorsOfRun(robot, four, 0.05, full).tip, 1.25 * published + 2 * kMesh)
         << n << " segments, four strains, steps of 50 ms";
   }
@@ -91,7 +91,7 @@ TEST(ReducedAccuracy, VibrationModesAloneMissThePulse) {
 }
 
 TEST(ReducedAccuracy, VehicleSwimsThePapersPathWithinFivePercent) {
-  const model::Scene scene = model::LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml",
+  const scene::Scene scene = scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml",
                                               {"mantle.elements=128", "arms.arm.elements=80"});
   const ReducedModel model(scene.robot, scene.reduction);
   ASSERT_EQ(model.mantle->size, 3);
@@ -105,8 +105,8 @@ TEST(ReducedAccuracy, VehicleSwimsThePapersPathWithinFivePercent) {
 }
 
 TEST(ReducedAccuracy, DefaultShapesSufficeAwayFromTheRunAway) {
-  const model::Scene scene =
-      model::LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml",
+  const scene::Scene scene =
+      scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml",
                        {"mantle.strips.muscle.pressure.high=250", "reduced.snapshots=0",
                         "reduced.static_pressures=[160, 325]", "time.duration=4"});
   const auto full = tests::FullRun(scene.robot, 4.0);

@@ -46,14 +46,14 @@ inline model::Robot ControlRobot(int arm_elements = 20, int mantle_elements = 48
   return robot;
 }
 
-inline reduced::Reduction EquivalentReduction(const model::Robot& robot) {
-  reduced::Reduction r;
+inline Reduction EquivalentReduction(const model::Robot& robot) {
+  Reduction r;
   r.arms.clear();
   for (const model::Arm& arm : robot.arms) {
-    reduced::ArmReduction a;
+    ArmReduction a;
     a.segments = arm.elements;
-    a.strains = reduced::kSixStrains;
-    a.rule = reduced::SectionRule::kPlantNodes;
+    a.strains = kSixStrains;
+    a.rule = SectionRule::kPlantNodes;
     r.arms.push_back(a);
   }
   r.mantle.cubature_tolerance = 0;

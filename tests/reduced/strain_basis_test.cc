@@ -26,7 +26,7 @@ TEST(StrainBasis, LegendreFunctionsAreOrthogonal) {
   ArmReduction r;
   r.basis = BasisKind::kLegendre;
   r.degree = 4;
-  r.strains = model::kBending;
+  r.strains = kBending;
   const StrainBasis basis(r, 0.42);
   ASSERT_EQ(basis.size(), 10);
   const QuadratureRule rule = GaussLegendre(6);

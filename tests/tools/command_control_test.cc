@@ -6,7 +6,7 @@
 #include <map>
 #include <sstream>
 
-#include "firmware_sim/bus_load.h"
+#include "firmware_sim/bus/bus_load.h"
 #include "tests/tools/program.h"
 
 /// `mantle run` of the steering scene, its first second, on a coarser plant.
@@ -211,8 +211,8 @@ TEST_F(ClosedLoopRun, AMulticastBusCarriesTheSameFramesToTheSameMotion) {
 TEST_F(ClosedLoopRun, TheBusLoadIsThatOfTheScenesTraffic) {
   ASSERT_EQ(Run("--out out").status, 0);
   const auto bus = ReadJson(folder_ / "out/summary.json")["control"]["bus"];
-  // Two PDOs each way and a heartbeat every 100 ms at most: the table of firmware_sim/bus_load.h
-  // without and with all of them.
+  // Two PDOs each way and a heartbeat every 100 ms at most: the table of
+  // firmware_sim/bus/bus_load.h without and with all of them.
   const auto least = firmware_sim::LoadOfScene({.drives = kMotors, .rpdos = 1, .tpdos = 1});
   const auto most = firmware_sim::LoadOfScene(
       {.drives = kMotors, .rpdos = 2, .tpdos = 2, .heartbeat_us = 50'000});

@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 #include "tests/tools/program.h"
 
 namespace mantle::testing_tools {
@@ -20,8 +20,8 @@ TEST(MantleTune, WritesTablesThatASceneTakesAndThatCostWhatItSays) {
   const std::string tables = ReadFile(folder / "tuned" / "baselines.toml");
   EXPECT_NE(tables.find("[control.baselines.pid]"), std::string::npos) << tables;
   const std::string scene = "extends = \"" MANTLE_SOURCE_DIR "/scenes/reach.toml\"\n" + tables;
-  const auto control = *model::ParseScene(scene, "tuned").control;
-  const model::BaselineGains& gains = control.baselines[2];
+  const auto control = *scene::ParseScene(scene, "tuned").control;
+  const controller::BaselineGains& gains = control.baselines[2];
   EXPECT_EQ(gains.proportional, pid["parameters"]["proportional"].get<double>());
   EXPECT_EQ(gains.gait_lead_s, pid["parameters"]["gait_lead"].get<double>());
   // Beginning where this search ended, nothing is cheaper "before" than what was reported.

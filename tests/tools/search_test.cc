@@ -1,4 +1,4 @@
-#include "tools/mantle/search.h"
+#include "tools/studies/search.h"
 
 #include <gtest/gtest.h>
 

@@ -2,8 +2,8 @@
 
 #include <fstream>
 
-#include "firmware_sim/candump_log.h"
-#include "firmware_sim/canopen.h"
+#include "firmware_sim/bus/candump_log.h"
+#include "firmware_sim/canopen/canopen.h"
 #include "tests/firmware_sim/vcan.h"
 #include "tests/tools/program.h"
 

@@ -11,11 +11,11 @@
 #include <optional>
 #include <stdexcept>
 
-#include "firmware_sim/bus_load.h"
-#include "firmware_sim/candump_log.h"
-#include "firmware_sim/open_bus.h"
-#include "firmware_sim/socket_time.h"
-#include "firmware_sim/traffic.h"
+#include "firmware_sim/bus/bus_load.h"
+#include "firmware_sim/bus/candump_log.h"
+#include "firmware_sim/bus/open_bus.h"
+#include "firmware_sim/bus/socket_time.h"
+#include "firmware_sim/canopen/traffic.h"
 
 namespace mantle::tools {
 

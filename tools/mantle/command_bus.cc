@@ -13,11 +13,11 @@
 #include <string>
 #include <system_error>
 
-#include "firmware_sim/bus_load.h"
-#include "firmware_sim/candump_log.h"
-#include "firmware_sim/log_player.h"
-#include "firmware_sim/open_bus.h"
-#include "firmware_sim/socket_time.h"
+#include "firmware_sim/bus/bus_load.h"
+#include "firmware_sim/bus/candump_log.h"
+#include "firmware_sim/bus/log_player.h"
+#include "firmware_sim/bus/open_bus.h"
+#include "firmware_sim/bus/socket_time.h"
 #include "tools/mantle/bus_monitor.h"
 #include "tools/mantle/commands.h"
 

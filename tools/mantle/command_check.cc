@@ -30,7 +30,7 @@ struct Cost {
   std::string failure;  ///< why the steps did not succeed
 };
 
-Cost MeasureCost(const model::Scene& scene, const model::Plant& plant) {
+Cost MeasureCost(const scene::Scene& scene, const model::Plant& plant) {
   using Clock = std::chrono::steady_clock;
   model::Simulation simulation(plant, scene.run);
   Cost cost;
@@ -93,7 +93,7 @@ std::string RootName(const model::RootMotion& root) {
   return std::holds_alternative<model::ClampedRoot>(root) ? "clamped" : "prescribed";
 }
 
-Json CheckReport(const SceneOptions& options, const model::Scene& scene,
+Json CheckReport(const SceneOptions& options, const scene::Scene& scene,
                  const model::Plant& plant) {
   Json j;
   j["scene"] = scene.name;
@@ -122,7 +122,7 @@ std::string Joined(const Json& names) {
   return list.empty() ? "none" : fmt::format("{}", fmt::join(list, ", "));
 }
 
-void PrintReport(const Json& j, const model::Scene& scene) {
+void PrintReport(const Json& j, const scene::Scene& scene) {
   const Json& s = j["settings"];
   fmt::print("{}: {}\n", j["scene"].get<std::string>(),
              scene.description.empty() ? "ok" : scene.description);
@@ -172,7 +172,7 @@ void AddCheckCommand(CLI::App& app, int& exit_status) {
   static SceneOptions options;  // lives as long as the parser that points to it
   AddSceneOptions(command, &options);
   command->callback([&exit_status] {
-    const model::Scene scene = options.Load();
+    const scene::Scene scene = options.Load();
     const model::Plant plant = BuildPlant(options, scene);
     const Json report = CheckReport(options, scene, plant);
     if (options.json) {

@@ -47,9 +47,9 @@ Recorded Record(Simulation* simulation, double duration_s) {
 }
 
 int Compare(const SceneOptions& options) {
-  model::Scene scene = options.Load();
+  scene::Scene scene = options.Load();
   if (!scene.has_time) {
-    throw model::BadScene(options.scene_file +
+    throw scene::BadScene(options.scene_file +
                           ": time: table is missing: `mantle compare` needs [time] with `duration` "
                           "> 0 s");
   }

@@ -10,10 +10,10 @@
 #include <system_error>
 #include <vector>
 
-#include "firmware_sim/drive.h"
-#include "firmware_sim/eds.h"
-#include "firmware_sim/open_bus.h"
-#include "firmware_sim/socket_time.h"
+#include "firmware_sim/bus/open_bus.h"
+#include "firmware_sim/bus/socket_time.h"
+#include "firmware_sim/canopen/eds.h"
+#include "firmware_sim/drive/drive.h"
 #include "tools/mantle/commands.h"
 
 namespace mantle::tools {

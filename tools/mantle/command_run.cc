@@ -6,7 +6,7 @@
 #include <limits>
 #include <memory>
 
-#include "firmware_sim/open_bus.h"
+#include "firmware_sim/bus/open_bus.h"
 #include "tools/mantle/control_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/lcm_bridge.h"
@@ -93,7 +93,7 @@ class RunJob {
         folder_(options.scene.OutputFolder(scene_)),
         fingerprint_(SceneFingerprint(options.scene)) {
     if (!scene_.has_time) {
-      throw model::BadScene(
+      throw scene::BadScene(
           options.scene.scene_file +
           ": time: table is missing: `mantle run` needs [time] with `duration` > 0 s");
     }
@@ -124,7 +124,7 @@ class RunJob {
 
  private:
   const RunOptions& options_;
-  model::Scene scene_;
+  scene::Scene scene_;
   model::Plant plant_;
   std::filesystem::path folder_;
   std::uint64_t fingerprint_;

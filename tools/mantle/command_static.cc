@@ -50,10 +50,10 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
 }
 
 int SolveScene(const SceneOptions& options) {
-  const model::Scene scene = options.Load();
+  const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
   if (!std::holds_alternative<model::ClampedRoot>(scene.robot.root)) {
-    throw model::BadScene(options.scene_file +
+    throw scene::BadScene(options.scene_file +
                           ": robot.root: must be \"clamped\" for `mantle static`");
   }
   const std::filesystem::path folder = options.OutputFolder(scene);

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "tools/loop/closed_loop.h"
+#include "loop/closed_loop.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
@@ -41,11 +41,11 @@ Json RunOne(const std::string& file, const std::string& controller, const StudyO
   SceneOptions scene_options;
   scene_options.scene_file = file;
   scene_options.overrides = options.overrides;
-  model::Scene scene = scene_options.Load();
+  scene::Scene scene = scene_options.Load();
   loop::ClosedLoopOptions run;
   run.controller = ControllerOf(controller == "converged" ? "mpc" : controller);
   if (controller == "converged" && scene.control) {
-    scene.control->mode = model::MpcMode::kConverged;
+    scene.control->mode = controller::MpcMode::kConverged;
   }
   auto loop =
       InScene(scene_options, [&] { return std::make_unique<loop::ClosedLoop>(scene, run); });

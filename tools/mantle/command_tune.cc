@@ -8,7 +8,7 @@
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/summary.h"
-#include "tools/mantle/tuning.h"
+#include "tools/studies/tuning.h"
 
 namespace mantle::tools {
 namespace {
@@ -37,11 +37,11 @@ struct TuneOptions {
   int evaluations{200};
 };
 
-std::vector<model::ControllerKind> Chosen(const TuneOptions& options) {
-  std::vector<model::ControllerKind> kinds;
+std::vector<controller::ControllerKind> Chosen(const TuneOptions& options) {
+  std::vector<controller::ControllerKind> kinds;
   for (std::size_t i = 0; i < std::size(kBaselineNames); ++i) {
     if (options.controller == "all" || options.controller == kBaselineNames[i]) {
-      kinds.push_back(static_cast<model::ControllerKind>(i + 1));
+      kinds.push_back(static_cast<controller::ControllerKind>(i + 1));
     }
   }
   return kinds;
@@ -56,7 +56,7 @@ TuningSettings SettingsOf(const TuneOptions& options) {
   return settings;
 }
 
-Json TuningJson(const Tuning& t, const model::Scene& scene) {
+Json TuningJson(const Tuning& t, const scene::Scene& scene) {
   Json j{{"cost", t.cost}, {"cost_before", t.cost_before}, {"evaluations", t.evaluations}};
   for (const TunedParameter& p : TunedParameters(t.kind, scene.control->goal)) {
     j["parameters"][std::string(p.key)] = t.gains.*p.value;
@@ -65,7 +65,7 @@ Json TuningJson(const Tuning& t, const model::Scene& scene) {
 }
 
 int TuneScene(const TuneOptions& options) {
-  const model::Scene scene = options.scene.Load();
+  const scene::Scene scene = options.scene.Load();
   const std::filesystem::path folder = options.scene.OutputFolder(scene);
   const auto kinds = Chosen(options);
   PrepareFolder(folder);

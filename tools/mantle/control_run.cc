@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "tools/loop/closed_loop.h"
+#include "loop/closed_loop.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/control_table.h"
 #include "tools/mantle/interrupt.h"
@@ -45,7 +45,7 @@ class ControlJob {
     RemoveOldResults(folder_, kRunResults);
     lcm_ = OpenLcm({.log_folder = folder_, .url = options_.lcm_url});
     trajectory_.emplace(folder_, "trajectory.csv", Titles());
-    if (kind_ == model::ControllerKind::kMpc) {
+    if (kind_ == controller::ControllerKind::kMpc) {
       solver_.emplace(folder_, "solver.csv",
                       "time_s,prepare_ms,solve_ms,iterations,cost,outcome\n");
     }
@@ -66,9 +66,9 @@ class ControlJob {
  private:
   const SceneOptions& scene_options_;
   const ControlRunOptions& options_;
-  model::Scene scene_;
+  scene::Scene scene_;
   std::filesystem::path folder_;
-  model::ControllerKind kind_;
+  controller::ControllerKind kind_;
   std::string bus_;
   std::optional<firmware_sim::CandumpWriter> record_;
   std::unique_ptr<loop::ClosedLoop> loop_;

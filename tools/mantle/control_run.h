@@ -21,7 +21,7 @@ struct ControlRunOptions {
 
 /// Runs to the scene's duration, writes summary.json, trajectory.csv, telemetry.lcmlog and, for a
 /// controller that plans, solver.csv (docs/outputs.md), and prints what was achieved. Returns the
-/// exit status. Throws model::BadScene, BadInput.
+/// exit status. Throws scene::BadScene, BadInput.
 int RunControlScene(const SceneOptions& scene, const ControlRunOptions& options);
 
 }  // namespace mantle::tools

@@ -14,12 +14,12 @@ namespace {
 
 using firmware_sim::DriveReport;
 
-constexpr std::pair<const char*, model::ControllerKind> kControllers[] = {
-    {"mpc", model::ControllerKind::kMpc},
-    {"gait", model::ControllerKind::kGait},
-    {"pursuit", model::ControllerKind::kPursuit},
-    {"pid", model::ControllerKind::kPid},
-    {"lqr", model::ControllerKind::kLqr}};
+constexpr std::pair<const char*, controller::ControllerKind> kControllers[] = {
+    {"mpc", controller::ControllerKind::kMpc},
+    {"gait", controller::ControllerKind::kGait},
+    {"pursuit", controller::ControllerKind::kPursuit},
+    {"pid", controller::ControllerKind::kPid},
+    {"lqr", controller::ControllerKind::kLqr}};
 
 /// First bin of MpcCounters::time_histogram.
 constexpr double kFirstBin_ms = 0.125;
@@ -43,24 +43,24 @@ Json Trimmed(const Counts& counts) {
   return Json(std::vector<std::uint64_t>(counts.begin(), end));
 }
 
-Json GoalJson(const model::ControlGoal& goal, const model::Plant& plant) {
-  if (const auto* path = std::get_if<model::PathTask>(&goal)) {
+Json GoalJson(const controller::ControlGoal& goal, const model::Plant& plant) {
+  if (const auto* path = std::get_if<controller::PathTask>(&goal)) {
     return {{"type", "path"},
             {"waypoints", path->waypoints.size()},
             {"speed_m_s", path->speed_m_s},
             {"tolerance_m", path->tolerance_m}};
   }
-  if (const auto* circle = std::get_if<model::CircleTask>(&goal)) {
+  if (const auto* circle = std::get_if<controller::CircleTask>(&goal)) {
     return {{"type", "circle"},
             {"arm", plant.rods[circle->arm].name},
             {"radius_m", circle->radius_m},
             {"period_s", circle->period_s}};
   }
-  return {{"type", "cruise"}, {"speed_m_s", std::get<model::CruiseTask>(goal).speed_m_s}};
+  return {{"type", "cruise"}, {"speed_m_s", std::get<controller::CruiseTask>(goal).speed_m_s}};
 }
 
-Json WaypointsJson(const model::ControlGoal& goal, const loop::LoopResult& r) {
-  const auto* path = std::get_if<model::PathTask>(&goal);
+Json WaypointsJson(const controller::ControlGoal& goal, const loop::LoopResult& r) {
+  const auto* path = std::get_if<controller::PathTask>(&goal);
   if (path == nullptr) return nullptr;
   Json list = Json::array();
   for (std::size_t i = 0; i < r.waypoints.size(); ++i) {
@@ -105,7 +105,7 @@ Json SolverJson(const loop::LoopResult& r) {
   return j;
 }
 
-Json DrivesJson(const model::Scene& scene, loop::ClosedLoop& loop) {
+Json DrivesJson(const scene::Scene& scene, loop::ClosedLoop& loop) {
   loop::Vehicle& vehicle = loop.vehicle();
   const std::vector<std::string> cables = CableNames(loop.plant());
   Json list = Json::array();
@@ -128,14 +128,14 @@ Json DrivesJson(const model::Scene& scene, loop::ClosedLoop& loop) {
 
 }  // namespace
 
-const char* ControllerName(model::ControllerKind kind) {
+const char* ControllerName(controller::ControllerKind kind) {
   for (const auto& [name, k] : kControllers) {
     if (k == kind) return name;
   }
   return "";
 }
 
-model::ControllerKind ControllerOf(const std::string& name) {
+controller::ControllerKind ControllerOf(const std::string& name) {
   for (const auto& [n, kind] : kControllers) {
     if (name == n) return kind;
   }
@@ -144,13 +144,13 @@ model::ControllerKind ControllerOf(const std::string& name) {
 
 Json ControlSummary(const ControlReport& report) {
   const loop::LoopResult& r = *report.result;
-  const model::ControlOptions& control = *report.scene->control;
-  const bool planned = report.controller == model::ControllerKind::kMpc;
+  const controller::ControlOptions& control = *report.scene->control;
+  const bool planned = report.controller == controller::ControllerKind::kMpc;
   Json j;
   j["controller"] = ControllerName(report.controller);
-  j["mode"] = !planned                                             ? Json()
-              : control.mode == model::MpcMode::kRealTimeIteration ? Json("rti")
-                                                                   : Json("converged");
+  j["mode"] = !planned                                                  ? Json()
+              : control.mode == controller::MpcMode::kRealTimeIteration ? Json("rti")
+                                                                        : Json("converged");
   j["goal"] = GoalJson(control.goal, report.loop->plant());
   j["body_length_m"] = report.loop->plant().body_length_m;
   j["cost"] = r.cost;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "tools/loop/closed_loop.h"
+#include "loop/closed_loop.h"
 #include "tools/mantle/summary.h"
 
 /// What a closed loop has achieved: the table "control" of summary.json (docs/outputs.md).
@@ -10,15 +10,15 @@
 namespace mantle::tools {
 
 /// "mpc", "gait", "pursuit", "pid", "lqr": what scenes and --controller say.
-const char* ControllerName(model::ControllerKind kind);
+const char* ControllerName(controller::ControllerKind kind);
 /// Throws std::invalid_argument where there is none of that name.
-model::ControllerKind ControllerOf(const std::string& name);
+controller::ControllerKind ControllerOf(const std::string& name);
 
 struct ControlReport {
-  const model::Scene* scene;
+  const scene::Scene* scene;
   loop::ClosedLoop* loop;
   const loop::LoopResult* result;
-  model::ControllerKind controller;
+  controller::ControllerKind controller;
   std::string bus;
   bool real_time{false};
   bool memory_locked{false};

@@ -80,7 +80,7 @@ PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopSt
   return m;
 }
 
-DrivesTelemetry DrivesMessage(const std::vector<model::Actuator>& motors,
+DrivesTelemetry DrivesMessage(const std::vector<reduced::Actuator>& motors,
                               const loop::LoopStep& step) {
   DrivesTelemetry m;
   m.utime = TelemetryTime(step.time_s);

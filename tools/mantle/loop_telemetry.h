@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "loop/closed_loop.h"
 #include "model/simulation.h"
-#include "tools/loop/closed_loop.h"
 #include "tools/mantle/telemetry.h"
 
 /// Messages (docs/telemetry.md) of what happens in a closed loop.
@@ -25,7 +25,7 @@ PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopSt
 
 /// What the drives reported last and were told last. A tension is that per unit gain of the motor's
 /// cables.
-DrivesTelemetry DrivesMessage(const std::vector<model::Actuator>& motors,
+DrivesTelemetry DrivesMessage(const std::vector<reduced::Actuator>& motors,
                               const loop::LoopStep& step);
 
 EnergyTelemetry EnergyMessage(const model::Sample& sample, const model::EnergyAccount& energy);

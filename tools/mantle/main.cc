@@ -1,8 +1,8 @@
 #include <exception>
 #include <iostream>
 
+#include "loop/scene/toml_document.h"
 #include "model/rod.h"
-#include "model/toml_document.h"
 #include "tools/mantle/commands.h"
 #include "tools/mantle/process.h"
 
@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
   } catch (const BadInput& error) {
     std::cerr << "mantle: " << error.what() << "\n";
     return kExitBadInput;
-  } catch (const mantle::model::BadScene& error) {
+  } catch (const mantle::scene::BadScene& error) {
     std::cerr << "mantle: " << error.what() << "\n";
     return kExitBadInput;
   } catch (const std::exception& error) {

@@ -39,20 +39,20 @@ double HeadingDifference(const model::Pose& a, const model::Pose& b) {
 }  // namespace
 
 std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
-                                                    const model::Scene& scene) {
+                                                    const scene::Scene& scene) {
   return InScene(options, [&] {
     return std::make_unique<reduced::ReducedModel>(scene.robot, scene.reduction);
   });
 }
 
-reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const model::Scene& scene,
+reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const scene::Scene& scene,
                                            const reduced::ReducedModel& model) {
   return InScene(options, [&] {
     return reduced::ReducedSimulation(model, reduced::RunSettingsOf(scene.run, scene.reduction));
   });
 }
 
-Json ReductionSummary(const model::Scene& scene, const reduced::ReducedModel& model) {
+Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& model) {
   Json j;
   j["coordinates"] = model.coordinate_count();
   j["states"] = 2 * model.velocity_count();
@@ -71,14 +71,14 @@ Json ReductionSummary(const model::Scene& scene, const reduced::ReducedModel& mo
   }
   j["step_s"] = scene.reduction.step_s;
   j["integrator"] =
-      scene.reduction.scheme == model::StepScheme::kSdirk2 ? "sdirk2" : "backward_euler";
+      scene.reduction.scheme == reduced::StepScheme::kSdirk2 ? "sdirk2" : "backward_euler";
   return j;
 }
 
 int RunReducedScene(const SceneOptions& options) {
-  const model::Scene scene = options.Load();
+  const scene::Scene scene = options.Load();
   if (!scene.has_time) {
-    throw model::BadScene(options.scene_file +
+    throw scene::BadScene(options.scene_file +
                           ": time: table is missing: `mantle run` needs [time] with `duration` > 0 "
                           "s");
   }

@@ -13,16 +13,16 @@
 namespace mantle::tools {
 
 /// Builds the reduced model of a scene; what it refuses is reported under the scene's name. Throws
-/// model::BadScene.
+/// scene::BadScene.
 std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
-                                                    const model::Scene& scene);
+                                                    const scene::Scene& scene);
 
 /// At the scene's start, with its settings; refusals as above.
-reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const model::Scene& scene,
+reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const scene::Scene& scene,
                                            const reduced::ReducedModel& model);
 
 /// Coordinates, bases, cubature and step: what decides the figures.
-Json ReductionSummary(const model::Scene& scene, const reduced::ReducedModel& model);
+Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& model);
 
 /// `mantle run --model reduced`: summary.json and trajectory.csv as of the plant; what the reduced
 /// model does not account (works, balances) is null. Returns the exit status.

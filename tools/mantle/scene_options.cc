@@ -2,9 +2,9 @@
 
 namespace mantle::tools {
 
-model::Scene SceneOptions::Load() const { return model::LoadScene(scene_file, overrides); }
+scene::Scene SceneOptions::Load() const { return scene::LoadScene(scene_file, overrides); }
 
-std::filesystem::path SceneOptions::OutputFolder(const model::Scene& scene) const {
+std::filesystem::path SceneOptions::OutputFolder(const scene::Scene& scene) const {
   return out.empty() ? std::filesystem::path("results") / scene.name : std::filesystem::path(out);
 }
 
@@ -28,7 +28,7 @@ void AddOutOption(CLI::App* command, SceneOptions* options) {
       ->type_name("DIR");
 }
 
-model::Plant BuildPlant(const SceneOptions& options, const model::Scene& scene) {
+model::Plant BuildPlant(const SceneOptions& options, const scene::Scene& scene) {
   return InScene(options, [&] { return model::Plant(scene.robot); });
 }
 

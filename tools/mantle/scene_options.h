@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "loop/scene/scene.h"
 #include "model/plant.h"
-#include "model/scene.h"
 #include "tools/mantle/commands.h"
 
 /// What every command that takes a scene shares: SCENE, --set, --json, and (where it writes) --out.
@@ -18,27 +18,27 @@ struct SceneOptions {
   bool json{false};
   std::string out;  ///< empty: results/SCENE
 
-  /// Reads the scene. Throws model::BadScene.
-  model::Scene Load() const;
-  std::filesystem::path OutputFolder(const model::Scene& scene) const;
+  /// Reads the scene. Throws scene::BadScene.
+  scene::Scene Load() const;
+  std::filesystem::path OutputFolder(const scene::Scene& scene) const;
 };
 
 void AddSceneOptions(CLI::App* command, SceneOptions* options);
 void AddOutOption(CLI::App* command, SceneOptions* options);
 
 /// Discretises the scene's robot; what the plant refuses is reported under the scene's name. Throws
-/// model::BadScene.
-model::Plant BuildPlant(const SceneOptions& options, const model::Scene& scene);
+/// scene::BadScene.
+model::Plant BuildPlant(const SceneOptions& options, const scene::Scene& scene);
 
 /// Rethrows a BadRobot of `build` as BadScene, prefixed with the scene's file name.
 template <typename Build>
 auto InScene(const SceneOptions& options, Build build) {
   try {
     return build();
-  } catch (const model::BadScene&) {
+  } catch (const scene::BadScene&) {
     throw;
   } catch (const model::BadRobot& error) {
-    throw model::BadScene(std::filesystem::path(options.scene_file).filename().string() + ": " +
+    throw scene::BadScene(std::filesystem::path(options.scene_file).filename().string() + ": " +
                           error.what());
   }
 }

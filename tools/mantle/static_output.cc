@@ -63,7 +63,7 @@ void AppendRow(std::string* text, const Values&... values) {
 
 }  // namespace
 
-Json StaticSummary(const model::Scene& scene, const Plant& plant, const StaticsResult& r,
+Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsResult& r,
                    double wall_time_s, const std::vector<std::string>& overrides) {
   Json j;
   j["scene"] = scene.name;

@@ -2,7 +2,7 @@
 
 #include <string>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 #include "model/statics.h"
 #include "tools/mantle/summary.h"
 
@@ -12,7 +12,7 @@ namespace mantle::tools {
 
 /// summary.json. Loads are listed with their unit, the value at load factor 1, at the end and,
 /// where one was passed, at the limit point.
-Json StaticSummary(const model::Scene& scene, const model::Plant& plant,
+Json StaticSummary(const scene::Scene& scene, const model::Plant& plant,
                    const model::StaticsResult& result, double wall_time_s,
                    const std::vector<std::string>& overrides);
 

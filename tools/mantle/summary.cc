@@ -10,7 +10,7 @@ namespace {
 using model::Plant;
 using model::RunResult;
 using model::Sample;
-using model::Scene;
+using scene::Scene;
 
 Json PoseAndTwist(const model::Pose& pose, const model::Vector6& twist) {
   Json j = PoseJson(pose);

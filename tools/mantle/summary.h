@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "model/scene.h"
+#include "loop/scene/scene.h"
 #include "model/simulation.h"
 
 /// summary.json of `mantle run` (docs/outputs.md). Names carry units; what has no meaning for a
@@ -24,7 +24,7 @@ struct VolumeRange {
 };
 
 struct RunReport {
-  const model::Scene* scene;
+  const scene::Scene* scene;
   const model::Plant* plant;
   const model::RunResult* result;
   VolumeRange volume;
@@ -38,7 +38,7 @@ struct RunReport {
 Json RunSummary(const RunReport& report);
 
 /// Names of the effects, bodies' sizes, integrator and steps: what decides the figures.
-Json SettingsSummary(const model::Scene& scene, const model::Plant& plant);
+Json SettingsSummary(const scene::Scene& scene, const model::Plant& plant);
 std::vector<std::string> EffectNames(const model::Effects& effects);
 const char* IntegratorName(model::Integrator integrator);
 

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "controller/mpc.h"
+#include "controller/position_history.h"
+#include "controller/stage_cost.h"
+#include "loop/metered_bus.h"
+#include "model/simulation.h"
+
+/// What a closed loop has achieved, and at what cost: figures of a run, over its true states.
+
+namespace mantle::loop {
+
+struct WaypointResult {
+  double distance_m;  ///< least distance of the root; infinite where its turn has not come
+  double time_s;      ///< when
+  bool passed;        ///< within the tolerance, after the one before
+};
+
+struct LoopResult {
+  bool ok{false};
+  std::string reason;
+  double time_s{0}, wall_s{0};
+  double cost{0};  ///< integral of the stage cost (controller/options.h) over the true states
+  std::vector<std::pair<std::string, double>> cost_terms;  ///< its shares by the scene's weights
+  /// Distance of the root from its reference, of the tip from its (after the approach), speed's
+  /// error over a pulse [m, m, m/s]: mean and largest; and at the end.
+  double mean_error{0}, max_error{0}, final_error{0};
+  std::string error_name;  ///< "position_m", "tip_m", "mean_speed_m_s"
+  std::vector<WaypointResult> waypoints;
+  double effort_n2_s{0};      ///< integral of the sum of squares of the tensions asked for
+  double cable_work_j{0};     ///< that drums did on cables, positive part of the powers
+  double mean_speed_m_s{0};   ///< of the root along its path
+  double energetic_index{0};  ///< mean of W_o over mean of W_i ([physics.md] 5)
+  double tension_error_n{0};  ///< root mean square of pulled minus asked, over all motors
+  long limit_touches{0};      ///< motor periods in which a bound or rate cut what was asked
+  long cycles{0};
+  std::vector<double> prepare_s, solve_s;  ///< of every plan
+  controller::MpcCounters counters;
+  long iterations{0};               ///< of the solver, over all plans
+  long late_cycles{0};              ///< in real time, by more than a tenth of the period
+  double worst_lateness_s{0};       ///< alike
+  BusTraffic traffic;               ///< from t = 0 on
+  double bus_load{0};               ///< share of 1 Mbit/s, worst case of stuffing
+  double bus_load_peak{0};          ///< of the fullest SYNC period, alike
+  unsigned long long late_pdos{0};  ///< TPDO1 that had not come by the next SYNC
+  model::RunResult plant;  ///< of the plant by itself: works, balance, indices, last sample
+};
+
+/// Fills the figures that follow from states and tensions.
+class LoopAccount {
+ public:
+  /// All must outlive it.
+  LoopAccount(const reduced::ReducedModel& model, const controller::ControlOptions& control,
+              const controller::Reference& reference, const model::Plant& plant);
+
+  /// At t = 0, with the root's place.
+  void Start(const model::Vector3& position, LoopResult* result);
+  /// The state that was reached: error, waypoints. Returns the error.
+  double Look(const reduced::ReducedState& truth, const model::PlantState& plant_state,
+              LoopResult* result);
+  /// The period of length dt that begins there, with the tensions asked for now, asked for before,
+  /// and pulled.
+  void Add(const reduced::ReducedState& truth, double dt_s, const model::VectorX& command_n,
+           const model::VectorX& before_n, const model::VectorX& pulled_n, LoopResult* result);
+  /// At the end: sums become means.
+  void Conclude(LoopResult* result) const;
+
+ private:
+  model::Vector3 MeanVelocityError(const reduced::ReducedState& truth) const;
+
+  const controller::ControlOptions& control_;
+  const controller::Reference& reference_;
+  const model::Plant& plant_;
+  controller::StageCost cost_;
+  controller::PositionHistory history_;
+  model::VectorX residual_;
+  model::Vector3 position_before_{model::Vector3::Zero()};
+  double travelled_m_{0}, squared_error_{0}, error_time_s_{0}, error_{0};
+  bool error_counts_{false};
+};
+
+}  // namespace mantle::loop

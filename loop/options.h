@@ -1,0 +1,27 @@
+#pragma once
+
+#include <string>
+
+/// What a scene says of the drives and of how the plant differs from the controller's model: the
+/// tables [drives] and [mismatch].
+
+namespace mantle::loop {
+
+struct DriveOptions {
+  std::string bus{"loop"};
+  double period_s{0.01};            ///< of SYNC and of the fast loop
+  double cable_stiffness_n_m{500};  ///< of a motor's cable, at the drum
+  double cable_damping_n_s_m{2};
+  double pretension_n{0.02};  ///< taken up before t = 0
+};
+
+/// Factors on the plant's parameters that the controller does not know.
+struct Mismatch {
+  double young{1}, viscosity{1}, drag{1}, added_mass{1}, jet{1};
+
+  bool none() const {
+    return young == 1 && viscosity == 1 && drag == 1 && added_mass == 1 && jet == 1;
+  }
+};
+
+}  // namespace mantle::loop

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "controller/options.h"
+#include "loop/options.h"
+#include "loop/scene/toml_document.h"
+#include "model/robot.h"
+#include "model/simulation.h"
+#include "model/statics.h"
+#include "reduced/reduction.h"
+
+/// A scene: what one TOML file says, checked. docs/scene.md lists every key; a test compares it
+/// with this reader. Numbers are SI; texts carry a unit ("15 mm"). Unknown keys, wrong types and
+/// units, numbers that are not finite or out of bound, and effects that contradict the bodies are
+/// refused in one line that names scene, path, value, unit and bound. A scene that `extends`
+/// another file is that one with its own tables merged over it.
+
+namespace mantle::scene {
+
+struct Scene {
+  std::string name;  ///< file name without extension, or the key `name`
+  std::string description;
+  model::Robot robot;
+  model::RunSettings run;
+  model::StaticsSettings statics;
+  reduced::Reduction
+      reduction;  ///< of the reduced model; defaults where the scene has no table [reduced]
+  std::optional<controller::ControlOptions> control;  ///< where the scene has a table [control]
+  loop::DriveOptions drives;
+  controller::SensorOptions sensors;
+  loop::Mismatch mismatch;
+  bool has_time{false};     ///< the scene has a table [time]: it is meant to be run
+  bool has_statics{false};  ///< the scene has a table [statics]: it is meant to be solved
+};
+
+/// Reads a file; `overrides` ("time.step=0.005") are applied before anything is checked. Throws
+/// BadScene where the file is missing, unreadable or wrong.
+Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+
+/// The same from a text. `name` stands in messages; files that the scene names are looked up in
+/// `directory`. `known_keys`, where not null, receives every key the reader asked for
+/// ("arms.length"), also where it then throws.
+Scene ParseScene(std::string_view toml, const std::string& name,
+                 const std::filesystem::path& directory = ".",
+                 const std::vector<std::string>& overrides = {},
+                 std::set<std::string>* known_keys = nullptr);
+
+}  // namespace mantle::scene

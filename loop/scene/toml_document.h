@@ -1,0 +1,48 @@
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+/// A parsed TOML text as plain values, and overrides on it. The only part that knows the TOML
+/// library.
+
+namespace mantle::scene {
+
+/// What a user wrote that cannot be: one line, "scene.toml: path: value: bound".
+struct BadScene : std::invalid_argument {
+  using std::invalid_argument::invalid_argument;
+};
+
+/// A TOML value. A table's `keys` run parallel to its `items`.
+struct TomlValue {
+  enum class Kind { kBoolean, kInteger, kNumber, kText, kArray, kTable, kDate };
+
+  Kind kind{Kind::kTable};
+  bool boolean{false};
+  double number{0};  ///< of integers too
+  std::string text;
+  std::vector<std::string> keys;
+  std::vector<TomlValue> items;
+
+  const TomlValue* Find(std::string_view key) const;
+  TomlValue* Find(std::string_view key);
+};
+
+/// Short rendering for messages ("[1, 2]", "\"soft\"", "a table").
+std::string Describe(const TomlValue& value);
+
+/// Throws BadScene, "name: line 3, column 7: ...".
+TomlValue ParseToml(std::string_view text, const std::string& name);
+
+/// Puts `over` on top of `base`: tables key by key, everything else whole.
+void MergeToml(const TomlValue& over, TomlValue* base);
+
+/// Applies "dotted.path=value" to a document. An array of tables is entered by index or by the
+/// `name` of its element: `arms[0].elements=40`, `arms.arm.elements=40`. The value is TOML; what is
+/// not valid TOML is taken as a string (`time.step=5 ms`). Missing tables and keys are made, so
+/// that the reader can say what is unknown. Throws BadScene.
+void ApplyOverride(std::string_view override_text, TomlValue* document);
+
+}  // namespace mantle::scene

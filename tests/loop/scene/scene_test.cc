@@ -1,0 +1,331 @@
+#include "loop/scene/scene.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <numbers>
+#include <regex>
+#include <sstream>
+
+#include "model/meridian.h"
+
+namespace mantle::scene {
+
+using namespace model;
+namespace {
+
+// The scenes and the physics page give numbers to four digits or so.
+constexpr double kPrinted = 5e-4;
+constexpr double kRoundOff = 1e-14;
+
+constexpr const char* kVehicle = R"(
+[rigid_body]
+cone = { radius = "15 mm", height = "112 mm", density = 1022 }
+[mantle]
+shape = { type = "hemisphere_cylinder", radius = "31 mm", cylinder = "86 mm", meridian = "130 mm" }
+half_thickness = "1 mm"
+material = { young = "40 kPa", viscosity = 500, density = 1022 }
+nozzle_radius = "10 mm"
+added_mass_coefficient = 1.1
+drag_coefficient = 1.7
+strips = [{ name = "muscle", from = "25 mm", to = "105 mm", pressure = 100 }]
+[[arms]]
+name = "arm"
+length = "420 mm"
+radius = ["15 mm", "6 mm"]
+material = { young = "110 kPa", viscosity = 300, density = 1022 }
+added_mass_coefficient = 1.5
+drag_coefficients = [0.01, 2.5, 2.5]
+cables = [{ name = "left", tension = 1 }]
+[effects]
+weight = true
+drag = true
+added_mass = true
+viscosity = true
+jet_thrust = true
+[time]
+duration = 1
+)";
+
+Scene Vehicle(const std::vector<std::string>& overrides) {
+  return ParseScene(kVehicle, "s.toml", ".", overrides);
+}
+
+std::string ReadFile(const std::filesystem::path& path) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+// Message of the vehicle with the overrides; of the plant where the scene itself is read.
+std::string Message(const std::vector<std::string>& overrides) {
+  try {
+    const Plant plant(Vehicle(overrides).robot);
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Scene, ValuesArriveInSi) {
+  const Scene scene = Vehicle({"time.step=2 ms", "arms.arm.cables.left.angle=\"90 deg\""});
+  const Arm& arm = scene.robot.arms.at(0);
+  EXPECT_DOUBLE_EQ(arm.length_m, 0.42);
+  EXPECT_DOUBLE_EQ(arm.radius_base_m, 0.015);
+  EXPECT_DOUBLE_EQ(arm.radius_tip_m, 0.006);
+  EXPECT_DOUBLE_EQ(arm.material.young_pa, 110e3);
+  EXPECT_DOUBLE_EQ(arm.cables.at(0).angle_rad, std::numbers::pi / 2);
+  EXPECT_DOUBLE_EQ(arm.cables.at(0).end_m, 0.42) << "a cable ends at the tip unless said";
+  EXPECT_DOUBLE_EQ(arm.cables.at(0).fraction, 0.6);
+  EXPECT_DOUBLE_EQ(scene.run.step_s, 0.002);
+  EXPECT_TRUE(scene.robot.effects.weight);
+  EXPECT_FALSE(scene.robot.effects.buoyancy);
+  EXPECT_FALSE(scene.robot.effects.roll_drag.has_value());
+  EXPECT_TRUE(scene.has_time);
+  EXPECT_FALSE(scene.has_statics);
+}
+
+TEST(Scene, ThePapersArmFrameIsThePapers) {
+  const Scene scene = LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  const Pose& mount = scene.robot.arms.at(0).mount;
+  EXPECT_LT((mount.position - Vector3(0, 0, -0.112)).norm(), kRoundOff);
+  EXPECT_LT((mount.rotation * Vector3::UnitX() + Vector3::UnitZ()).norm(), kRoundOff);
+  EXPECT_LT((mount.rotation * Vector3::UnitY() + Vector3::UnitX()).norm(), kRoundOff);
+  EXPECT_LT((mount.rotation * Vector3::UnitZ() - Vector3::UnitY()).norm(), kRoundOff);
+}
+
+TEST(Scene, ThePapersMantleIsThePapers) {
+  const Plant plant(LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml").robot);
+  const Mantle& mantle = *plant.robot.mantle;
+  EXPECT_NEAR(MeridianLength(mantle), 0.130, kRoundOff);
+  EXPECT_NEAR(mantle.theta0_rad, -0.1514, kPrinted);
+  EXPECT_NEAR(MeridianAt(mantle, 0.130).r_m, 0.031, kRoundOff);
+  EXPECT_NEAR(MeridianAt(mantle, 0.130).theta_rad, -std::numbers::pi / 2, kRoundOff);
+  EXPECT_NEAR(plant.shell->area_m2, 0.022720, kPrinted * 0.022720);
+  EXPECT_NEAR(plant.shell->mass_kg, 0.046, 0.0005) << "printed to the gram";
+  EXPECT_NEAR(plant.shell->strips.at(0).strip.total_m2, 0.015355, kPrinted * 0.015355);
+  EXPECT_DOUBLE_EQ(Value(plant.shell->strips[0].pressure_pa, 0.33), 325.0);
+  EXPECT_DOUBLE_EQ(Value(plant.shell->strips[0].pressure_pa, 0.66), 0.0);
+}
+
+TEST(Scene, PosesComeFromAxesRotationVectorOrMatrix) {
+  const std::vector<std::string> same = {
+      "arms.arm.mount={axis = [0, 2, 0], normal = [-1, 0.5, 0]}",
+      "arms.arm.mount={rotation = [0, 0, \"90 deg\"]}",
+      "arms.arm.mount={matrix = [[0, -1, 0], [1, 0, 0], [0, 0, 1]]}"};
+  for (const std::string& mount : same) {
+    const Pose pose = Vehicle({mount}).robot.arms.at(0).mount;
+    EXPECT_LT((pose.rotation * Vector3::UnitX() - Vector3::UnitY()).norm(), kRoundOff) << mount;
+    EXPECT_LT((pose.rotation * Vector3::UnitY() + Vector3::UnitX()).norm(), kRoundOff) << mount;
+  }
+}
+
+TEST(Scene, TablesInTimeComeFromFiles) {
+  const std::filesystem::path folder = testing::TempDir();
+  std::ofstream(folder / "wave.csv") << "time_s,force_n\n# measured\n0,0\n0.5, 2\r\n1,0\n";
+  std::ofstream(folder / "bad.csv") << "0,0\n1;2\n";
+  const auto scene = [&](const std::string& file) {
+    return ParseScene(kVehicle, "s.toml", folder,
+                      {"arms.arm.cables.left.tension={type = \"table\", file = \"" + file + "\"}"});
+  };
+  const auto drive = std::get<GivenTension>(scene("wave.csv").robot.arms.at(0).cables.at(0).drive);
+  EXPECT_DOUBLE_EQ(Value(drive.tension_n, 0.25), 1.0);
+  EXPECT_THROW(scene("bad.csv"), BadScene);
+  EXPECT_THROW(scene("absent.csv"), BadScene);
+}
+
+struct Refusal {
+  std::vector<std::string> overrides;
+  const char* message;
+};
+
+TEST(Scene, WrongScenesAreRefusedInOneLine) {
+  const std::vector<Refusal> refusals = {
+      {{"arms[0].radius[1]=-0.006"}, "s.toml: arms[0].radius[1]: -0.006 m: must be > 0"},
+      {{"arms.arm.lenght=1"}, "s.toml: arms[0].lenght: unknown key, did you mean \"length\"?"},
+      {{"arms.arm.length=\"42 kPa\""},
+       "s.toml: arms[0].length: \"42 kPa\": must be a number > 0 with unit m, mm, cm (a bare "
+       "number "
+       "is SI)"},
+      {{"arms.arm.length=true"},
+       "s.toml: arms[0].length: true: must be a number > 0 with unit m, mm, cm (a bare number is "
+       "SI)"},
+      {{"time.duration=nan"}, "s.toml: time.duration: nan s: must be finite and > 0"},
+      {{"mantle.material.young=inf"},
+       "s.toml: mantle.material.young: inf Pa: must be finite and > 0"},
+      {{"arms.arm.elements=0"},
+       "s.toml: arms[0].elements: 0: must be a whole number in [1, 100000]"},
+      {{"arms.arm.cables.left.fraction=1.2"},
+       "s.toml: arms[0].cables[0].fraction: 1.2: must be in [0, 1]"},
+      {{"arms.arm.cables.left.end=0.5"},
+       "s.toml: arms[0].cables[0].end: 0.5 m: must be in (0, 0.42]"},
+      {{"arms.arm.cables.left.tension=-1"},
+       "s.toml: arms[0].cables[0].tension: -1 N: must be >= 0"},
+      {{"arms.arm.cables.left.reel={length_change = 0, stiffness = 1}"},
+       "s.toml: arms[0].cables[0].reel: a table: a cable must have exactly one of `tension` and "
+       "`reel`"},
+      {{"arms.arm.material=\"jelly\""},
+       "s.toml: arms[0].material: \"jelly\": is not in [materials]"},
+      {{"arms.arm.mount={axis = [1, 0, 0], normal = [2, 0, 0]}"},
+       "s.toml: arms[0].mount.normal: [2, 0, 0]: must not be parallel to `axis`"},
+      {{"arms.arm.mount={matrix = [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}"},
+       "s.toml: arms[0].mount.matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]: must be a rotation: "
+       "orthogonal to 1e-6, with determinant 1"},
+      {{"mantle.strips.muscle.to=\"131 mm\""},
+       "s.toml: mantle.strips[0].to: 0.131 m: must be in (0.025, 0.13]"},
+      {{"mantle.shape.type=\"sphere\""},
+       "s.toml: mantle.shape.type: \"sphere\": must be one of \"hemisphere_cylinder\", "
+       "\"cylinder\", \"cap\", \"annulus\", \"pieces\""},
+      {{"mantle.strips.muscle.pressure={type = \"table\", time = [0, 2, 1], value = [0, 1, 0]}"},
+       "s.toml: mantle.strips[0].pressure.time: [0, 2, 1]: must ascend; entry 2 is 1 s after 2 s"},
+      {{"robot.root=\"clamped\"", "robot.coupling=\"frozen\""},
+       "s.toml: robot.coupling: \"frozen\": must be \"exact\" where the root is not free"},
+      {{"robot.root={ z = 0 }", "robot.coupling=\"frozen\""},
+       "s.toml: robot.coupling: \"frozen\": must be \"exact\" where the root is not free"},
+      {{"effects.gravity=[0, 0, -1]", "effects.weight=false"},
+       "s.toml: effects.gravity: given, but neither `weight` nor `buoyancy` is named"},
+      {{"arms.arm.drag_coefficients=[0, 0, 0]", "mantle.drag_coefficient=0"},
+       "s.toml: effects.drag: named, but no arm has `drag_coefficients` and the mantle no "
+       "`drag_coefficient` > 0"},
+      {{"arms.arm.added_mass_coefficient=0", "mantle.added_mass_coefficient=0"},
+       "s.toml: effects.added_mass: named, but no body has an `added_mass_coefficient` > 0"},
+      {{"arms.arm.material.viscosity=0", "mantle.material.viscosity=0"},
+       "s.toml: effects.viscosity: named, but no material has `viscosity` > 0 Pa s and no arm "
+       "`damping`"},
+      {{"rigid_body.cone={radius = 1, height = 1}"},
+       "s.toml: rigid_body.cone.density: is missing: must be a number > 0 with unit kg/m^3, g/cm^3 "
+       "(a bare number is SI)"},
+      // What only the discretisation can know comes from the plant.
+      {{"mantle.elements=2"},
+       "mantle.elements = 2, must be >= 4: the meridian's pieces, strips and stations need a node "
+       "at each of their ends"},
+      {{"arms.arm.curvature=[0, 0, 60]", "arms.arm.elements=20"},
+       "arms.arm.elements = 20: an element at rest turns 1.26 rad, must be < 1; the mesh is too "
+       "coarse for the reference curvature"},
+  };
+  for (const Refusal& refusal : refusals) {
+    EXPECT_EQ(Message(refusal.overrides), refusal.message);
+  }
+  EXPECT_EQ(Message({}), "") << "the scene they are made from is sound";
+}
+
+TEST(Scene, EffectsWithoutTheirBodyAreRefused) {
+  const std::string arm_alone = R"(
+arms = [{ length = 1, radius = 0.01, material = { young = 1e5, density = 1000 } }]
+)";
+  for (const char* effect :
+       {"jet_thrust", "contained_water", "lateral_added_mass", "lateral_drag", "rigid_drag"}) {
+    try {
+      ParseScene(arm_alone, "s.toml", ".", {std::string("effects.") + effect + "=true"});
+      ADD_FAILURE() << effect << " was accepted";
+    } catch (const BadScene& error) {
+      const std::string start =
+          std::string("s.toml: effects.") + effect + ": named, but the scene has no ";
+      EXPECT_EQ(std::string(error.what()).rfind(start, 0), 0u) << error.what();
+    }
+  }
+  EXPECT_THROW(ParseScene(arm_alone, "s.toml", ".", {"effects.normal_pressure=1"}), BadScene);
+  EXPECT_THROW(ParseScene("[time]\nduration = 1\n", "s.toml"), BadScene) << "no bodies";
+}
+
+TEST(Scene, AJetNeedsANozzle) {
+  std::string text = kVehicle;
+  text.erase(text.find("nozzle_radius"), std::string("nozzle_radius = \"10 mm\"\n").size());
+  try {
+    ParseScene(text, "s.toml");
+    FAIL() << "was accepted";
+  } catch (const BadScene& error) {
+    EXPECT_STREQ(
+        error.what(),
+        "s.toml: effects.jet_thrust: named, but mantle.nozzle_radius is not given: must be "
+        "> 0 m");
+  }
+}
+
+TEST(Scene, MissingFilesAreNamed) {
+  try {
+    LoadScene("/nowhere/absent.toml");
+    FAIL() << "was accepted";
+  } catch (const BadScene& error) {
+    EXPECT_STREQ(error.what(), "/nowhere/absent.toml: cannot be read: no such file");
+  }
+  EXPECT_THROW(LoadScene(testing::TempDir()), BadScene) << "a folder is no scene";
+}
+
+TEST(Scene, EveryShippedSceneParsesAndBuilds) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+    if (entry.path().extension() != ".toml") continue;
+    ++count;
+    SCOPED_TRACE(entry.path().filename().string());
+    const Scene scene = LoadScene(entry.path());
+    EXPECT_FALSE(scene.description.empty());
+    EXPECT_TRUE(scene.has_time || scene.has_statics);
+    EXPECT_EQ(scene.has_statics,
+              std::holds_alternative<ClampedRoot>(scene.robot.root) && !scene.has_time);
+    EXPECT_GT(Plant(scene.robot).velocity_size(), 0);
+    EXPECT_NE(ReadFile(entry.path()).find("# Look at: "), std::string::npos);
+  }
+  EXPECT_GE(count, 24);
+}
+
+TEST(Scene, FrozenPaperDiffersFromThePaperInItsCouplingAlone) {
+  const auto bodies = [](const char* file) {
+    std::string text = ReadFile(file);
+    return text.substr(text.find("[robot]"));
+  };
+  std::string paper = bodies(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  const std::string exact = "coupling = \"exact\"";
+  paper.replace(paper.find(exact), exact.size(), "coupling = \"frozen\"");
+  paper.erase(paper.find("\n[reduced]"));  // the reduced model has exact coupling only
+  EXPECT_EQ(bodies(MANTLE_SOURCE_DIR "/scenes/paper_frozen.toml"), paper);
+}
+
+// docs/scene.md against the reader.
+
+std::vector<std::string> Examples(const std::string& page) {
+  std::vector<std::string> blocks;
+  const std::string open = "```toml\n", close = "```";
+  for (std::size_t at = page.find(open); at != std::string::npos; at = page.find(open, at)) {
+    at += open.size();
+    const std::size_t end = page.find(close, at);
+    blocks.push_back(page.substr(at, end - at));
+    at = end;
+  }
+  return blocks;
+}
+
+TEST(SceneDocs, EveryExampleParsesAndBuilds) {
+  const auto examples = Examples(ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md"));
+  ASSERT_GE(examples.size(), 8u);
+  for (const std::string& example : examples) {
+    SCOPED_TRACE(example);
+    EXPECT_NO_THROW(Plant(ParseScene(example, "example.toml").robot));
+  }
+}
+
+TEST(SceneDocs, KeysOfThePageAreTheKeysOfTheReader) {
+  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md");
+  std::set<std::string> documented, known;
+  const std::regex row(R"(\n\| `([a-z0-9_.]+)` \|)");
+  for (std::sregex_iterator at(page.begin(), page.end(), row), end; at != end; ++at) {
+    EXPECT_TRUE(documented.insert((*at)[1]).second) << (*at)[1] << " is documented twice";
+  }
+  for (const std::string& example : Examples(page)) {
+    ParseScene(example, "example.toml", ".", {}, &known);
+  }
+  std::vector<std::string> missing, stale;
+  std::set_difference(known.begin(), known.end(), documented.begin(), documented.end(),
+                      std::back_inserter(missing));
+  std::set_difference(documented.begin(), documented.end(), known.begin(), known.end(),
+                      std::back_inserter(stale));
+  EXPECT_EQ(missing, std::vector<std::string>{}) << "read, but not documented";
+  EXPECT_EQ(stale, std::vector<std::string>{}) << "documented, but not read";
+}
+
+}  // namespace
+}  // namespace mantle::scene
