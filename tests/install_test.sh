@@ -4,8 +4,9 @@
 # every example.
 set -euo pipefail
 source=$1 build=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
+work=$build/tests/installed  # the same place every time, so that a compiler cache may hit
+rm -rf "$work"
+mkdir -p "$work"
 cmake --install "$build" --prefix "$work/prefix" >/dev/null
 
 # A public header includes nothing that stays behind.
@@ -14,8 +15,10 @@ grep -rhoP '^#include "\K[^"]+' "$include" | sort -u | while read -r header; do
   [ -f "$include/$header" ] || { echo "$header is included by a public header, but not installed"; exit 1; }
 done
 
+launcher=()
+command -v ccache >/dev/null && launcher=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
 configure() {  # SOURCE BUILD [OPTIONS]
-  cmake -S "$1" -B "$2" -G Ninja -DCMAKE_BUILD_TYPE=Debug -DCMAKE_PREFIX_PATH="$work/prefix" "${@:3}" \
+  cmake -S "$1" -B "$2" -G Ninja -DCMAKE_PREFIX_PATH="$work/prefix" "${launcher[@]}" "${@:3}" \
     >"$work/configure.log" 2>&1 || { cat "$work/configure.log"; exit 1; }
 }
 make() {  # BUILD

@@ -8,7 +8,8 @@ namespace mantle::testing_tools {
 namespace {
 
 // What only planning and telemetry need.
-constexpr const char* kHeavy[] = {"ipopt", "mumps", "blas", "lapack", "gfortran", "lcm", "glib"};
+constexpr const char* kHeavy[] = {"libipopt",    "libdmumps", "libblas", "liblapack",
+                                  "libgfortran", "liblcm",    "libglib"};
 
 // A copy of the program that stands alone, without its modules.
 std::filesystem::path Alone(const std::filesystem::path& folder) {
