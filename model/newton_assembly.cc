@@ -10,7 +10,8 @@ namespace mantle::model {
 
 void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& state,
                                const PlantInputs& inputs, const PlantWork& work, double s,
-                               double chart) {
+                               double chart, About about) {
+  const bool rest = about == About::kRest;
   const Rod& rod = plant.rods[a];
   ArmPart& part = arms_[a];
   BlockTridiagonal<6>& chain = part.chain;
@@ -21,6 +22,7 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   part.border.column.setZero();
   part.border.row.setZero();
 
+  const Vector6 kZero = Vector6::Zero();
   RodElementTangent t;
   for (int i = 0; i < n; ++i) {
     const RodElementState& e = work.rod[a][i];
@@ -46,8 +48,14 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       part.border.column.col(k).segment<6>(6 * i) -= g1;
       part.border.column.col(k).segment<6>(6 * (i + 1)) -= g2;
     }
-    RodElementTangents(rod.elements[i], e, twist[i], twist[i + 1], sigma,
-                       pulled ? &cable_tangent : nullptr, s, &t);
+    if (strain_coordinates_) {
+      part.strain.elements[i] =
+          LinearStrainElement(rod.elements[i], e, sigma, pulled ? &cable_tangent : nullptr, s);
+      continue;
+    }
+    // About rest no strain changes but by what s zeta does: the drift is the same for both nodes.
+    RodElementTangents(rod.elements[i], e, rest ? kZero : twist[i], rest ? kZero : twist[i + 1],
+                       sigma, pulled ? &cable_tangent : nullptr, s, &t);
     chain.diagonal[i] += t.a11;
     chain.diagonal[i + 1] += t.a22;
     chain.upper[i] = t.a12;
@@ -109,11 +117,22 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
     d.topLeftCorner<3, 3>() -= lt.moment_by_rotation;
     d.bottomLeftCorner<3, 3>() -= lt.force_by_rotation;
     d.bottomRightCorner<3, 3>() -= s * lt.force_by_velocity;
+    if (rest && i > 0 && !eta.isZero(0.0)) {
+      // d eta has ad_eta zeta besides s zeta: what velocity does to inertia and loads, times it.
+      const Vector6 m = rod.nodes[i].FullInertia();
+      const Matrix6 ad = SmallAdjoint(eta);
+      Matrix6 by_twist = ad.transpose() * m.asDiagonal();
+      by_twist += CoadjointMatrix(m.cwiseProduct(eta));
+      by_twist.bottomRightCorner<3, 3>() += lt.force_by_velocity;
+      d.noalias() -= by_twist * ad;
+    }
+    if (strain_coordinates_) part.strain.nodes[i] = d;
   }
 }
 
 void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
-                                 const PlantInputs& inputs, const PlantWork& work, double s) {
+                                 const PlantInputs& inputs, const PlantWork& work, double s,
+                                 About about) {
   const Shell& shell = *plant.shell;
   const Effects& effects = plant.robot.effects;
   const int n = shell.element_count();
@@ -170,7 +189,7 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
     }
     b.base_column(0, 0) = -1.0;
   }
-  if (effects.drag && s > 0.0) {
+  if (effects.drag && (s > 0.0 || about == About::kRest)) {
     const double r = work.max_radius_m;
     const double d = -rho * plant.robot.mantle->drag_coefficient * std::numbers::pi * r * r *
                      std::abs(work.mean_axial_speed_m_s);
@@ -178,6 +197,13 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
       const double share = shell.nodes[j].area_m2 / shell.area_m2;
       b.column(3 * j + 1, 1) = -share;
       b.row(3 * j + 1, 1) = -d * s * share;
+    }
+    if (about == About::kRest && r > 0.0) {  // the widest section sets the area
+      int widest = 0;
+      for (int j = 1; j <= n; ++j) {
+        if (state.shape[j](0) > state.shape[widest](0)) widest = j;
+      }
+      b.row(3 * widest, 1) -= 2.0 * work.mantle_drag_n / r;
     }
     b.base_column(0, 1) = -1.0;
     b.base_row(0, 1) = -d * s;

@@ -82,6 +82,8 @@ void ReadStatics(TomlReader table, StaticsSettings* s) {
   s->stop_at_limit = table.Boolean("stop_at_limit", s->stop_at_limit);
   s->tolerance = table.Number("tolerance", Quantity::kNumber, Range{0, 0.1, true}, s->tolerance);
   s->max_iterations = table.Integer("max_iterations", 1, 1000, s->max_iterations);
+  s->branch = table.Choice<StaticBranch>(
+      "branch", {{"primary", StaticBranch::kPrimary}, {"stable", StaticBranch::kStable}}, s->branch);
   table.Finish();
 }
 
