@@ -46,8 +46,7 @@ StaticState StaticProblem::Reference() const {
   return state;
 }
 
-void StaticProblem::Scale(double factor, PlantInputs* inputs) const {
-  *inputs = full_;
+void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs) {
   inputs->gravity_scale = factor;
   inputs->normal_pressure_pa *= factor;
   for (double& x : inputs->distributed) x *= factor;
@@ -60,12 +59,17 @@ void StaticProblem::Scale(double factor, PlantInputs* inputs) const {
     c.reel_m = length + factor * (c.reel_m - length);
     c.reel_rate_m_s = 0;
   };
-  for (const Rod& rod : plant_.rods) {
+  for (const Rod& rod : plant.rods) {
     for (const RodCable& c : rod.cables) rest(c.rest_length_m);
   }
-  if (plant_.shell) {
-    for (const ShellSpokes& s : plant_.shell->spokes) rest(s.rest_length_m);
+  if (plant.shell) {
+    for (const ShellSpokes& s : plant.shell->spokes) rest(s.rest_length_m);
   }
+}
+
+void StaticProblem::Scale(double factor, PlantInputs* inputs) const {
+  *inputs = full_;
+  ScaleLoads(plant_, factor, inputs);
   const double speed = std::copysign(std::sqrt(std::abs(factor)), factor);
   inputs->root_twist.tail<3>() = -speed * (full_.root_pose.rotation.conjugate() * current_m_s_);
 }

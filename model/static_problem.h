@@ -25,6 +25,9 @@
 
 namespace mantle::model {
 
+/// What inputs become at a load factor, but for a current.
+void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs);
+
 /// A state of rest with the change of d = l xi of every element from its reference, per arm.
 struct StaticState : PlantState {
   std::vector<std::vector<Vector6>> extension;
