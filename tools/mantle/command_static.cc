@@ -12,8 +12,8 @@ namespace mantle::tools {
 namespace {
 
 constexpr const char* kHelp =
-    "Equilibrium of a clamped scene under its loads at [statics] time, by load steps or arc "
-    "length.\n"
+    "Equilibrium of a scene whose root is held, under its loads at [statics] time, by load steps or "
+    "arc\nlength, and whether it is stable.\n"
     "Writes summary.json, path.csv and shape.csv (docs/outputs.md).\n\n"
     "  mantle static scenes/arm_static.toml --out results/arm\n"
     "  mantle static scenes/mantle_static.toml        # arc length over the fold\n"
@@ -26,6 +26,14 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
   fmt::print("{}: equilibrium at load factor {:.6g}, {} points, {} iterations, residual {:.2e} N\n",
              j["scene"].get<std::string>(), j["load_factor"].get<double>(), j["points"].get<int>(),
              j["iterations"].get<int>(), j["residual_n"].get<double>());
+  if (j["unstable_directions"].get<int>() == 0) {
+    fmt::print("  stable, by {}\n", j["stability_test"] == "inertia"
+                                        ? "the inertia of the stiffness"
+                                        : "the eigenvalues of the linearised motion");
+  }
+  for (const auto& warning : j["warnings"]) {
+    fmt::print("  warning: {}\n", warning.get<std::string>());
+  }
   for (const auto& [name, tip] : j["tips"].items()) {
     const auto t = tip["position_m"].get<std::vector<double>>();
     fmt::print("  tip of {} at ({:.7g}, {:.7g}, {:.7g}) m\n", name, t[0], t[1], t[2]);
@@ -52,9 +60,10 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
 int SolveScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
-  if (!std::holds_alternative<model::ClampedRoot>(scene.robot.root)) {
+  if (std::holds_alternative<model::FreeRoot>(scene.robot.root)) {
     throw scene::BadScene(options.scene_file +
-                          ": robot.root: must be \"clamped\" for `mantle static`");
+                          ": robot.root: must be \"clamped\" or a prescribed motion for `mantle "
+                          "static`");
   }
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
@@ -87,8 +96,8 @@ int SolveScene(const SceneOptions& options) {
   }
   std::fflush(stdout);
   if (result.ok) return 0;
-  fmt::print(stderr, "mantle: {}: {} at load factor {:.6g}; partial results in {}\n", scene.name,
-             result.reason, result.load_factor, folder.string());
+  fmt::print(stderr, "mantle: {}: {}; partial results in {}\n", scene.name, result.reason,
+             folder.string());
   return kExitCannotContinue;
 }
 
