@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "model/mantle_loads.h"
+#include "model/observation.h"
 #include "model/rigid_body.h"
 
 namespace mantle::model {
@@ -21,9 +22,19 @@ void ForEachGravity(const Effects& effects, double body_density, double water_de
   if (effects.buoyancy) visit(-water_density);
 }
 
-}  // namespace
+Vector3 CurrentOf(const Plant& plant) {
+  return plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+}
 
-Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
+// The current as a rigid translation of the frame `rotation`.
+Vector6 Carried(const Eigen::Quaterniond& rotation, const Vector3& current) {
+  Vector6 twist;
+  twist << Vector3::Zero(), rotation.conjugate() * current;
+  return twist;
+}
+
+// As the water sees them.
+Energies EnergiesInWater(const Plant& plant, const PlantState& state, const PlantWork& work) {
   Energies e;
   const Vector6 root = state.velocity.head<6>();
   e.kinetic_solid_j += 0.5 * root.dot(plant.rigid_inertia * root);
@@ -78,6 +89,56 @@ Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const Pla
   return e;
 }
 
+// Rate of the linear momentum of solid and added mass, world axes.
+Vector3 MomentumRate(const Plant& plant, const PlantState& state, const PlantWork& work,
+                     const VectorX& acceleration) {
+  const Vector6 root = state.velocity.head<6>();
+  Vector6 momentum = work.root_mass * root;
+  Vector6 rate = work.root_mass * acceleration.head<6>();
+  if (plant.shell && plant.exact()) {
+    Matrix6 inertia_rate = Matrix6::Zero();
+    AddMantleInertia(work.mantle_inertia, true, &inertia_rate);
+    momentum(5) += work.mantle_inertia.axial_momentum;
+    rate += inertia_rate * root;
+    for (int j = 0; j < plant.shape_count(); ++j) {
+      rate(5) += plant.shell->nodes[j].inertia(1) * acceleration(plant.ShellVelocity(j) + 1);
+    }
+  }
+  const auto turned = [](const Pose& g, const Vector3& w, const Vector6& p, const Vector6& p_dot) {
+    return Vector3(g.rotation * (p_dot.tail<3>() + w.cross(p.tail<3>())));
+  };
+  Vector3 total = turned(state.pose[0], root.head<3>(), momentum, rate);
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    for (int i = 1; i <= plant.rods[a].element_count(); ++i) {
+      const int at = plant.ArmVelocity(a, i);
+      const Vector6 inertia = plant.rods[a].nodes[i].FullInertia();
+      const Vector6 eta = state.velocity.segment<6>(at);
+      total += turned(state.pose[plant.ArmPose(a, i)], eta.head<3>(), inertia.cwiseProduct(eta),
+                      inertia.cwiseProduct(acceleration.segment<6>(at)));
+    }
+  }
+  return total;
+}
+
+}  // namespace
+
+double Energies::magnitude() const {
+  return std::abs(kinetic_solid_j) + std::abs(kinetic_water_j) + std::abs(elastic_arms_j) +
+         std::abs(elastic_mantle_j);
+}
+
+Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
+  Energies e = EnergiesInWater(plant, state, work);
+  const Vector3 current = CurrentOf(plant);
+  if (current.isZero(0.0)) return e;
+  const SolidMotion solid = EvaluateSolidMotion(plant, state);  // the earth's
+  const Vector3 carried = solid.mass_kg * current;
+  const Vector3 water = EvaluateMomentum(plant, state, work).tail<3>() - solid.momentum_kg_m_s;
+  e.kinetic_solid_j += current.dot(solid.momentum_kg_m_s - 0.5 * carried);
+  e.kinetic_water_j += current.dot(water);
+  return e;
+}
+
 EnergyAccount::EnergyAccount(const Plant& plant) : scratch_(VectorX::Zero(plant.velocity_size())) {
   const Effects& effects = plant.robot.effects;
   if (effects.weight) names_.push_back(kWeight);
@@ -114,6 +175,9 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
   const Effects& effects = plant.robot.effects;
   const double rho = plant.robot.water.density_kg_m3;
   const Vector6 root = state.velocity.head<6>();
+  const Vector3 current = CurrentOf(plant);
+  const Vector6 carried_root = Carried(state.pose[0].rotation, current);
+  const Vector6 earth_root = root + carried_root;  // works are the earth's, loads see the water
   const Vector3 g_root =
       inputs.gravity_scale * (state.pose[0].rotation.conjugate() * effects.gravity_m_s2);
   std::fill(power_.begin(), power_.end(), 0.0);
@@ -134,27 +198,29 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
         motion.rotation = state.pose[0].rotation * g.rotation;
         motion.twist += AdjointInverseTimes(g, root);
       }
+      const Vector6 earth_twist = motion.twist + Carried(motion.rotation, current);
       const RodNode& node = rod.nodes[i];
       for (const SectionLoad& load : rod.loads) {
         if (const auto* gravity = std::get_if<GravityLoad>(&load)) {
           const double fall =
               inputs.gravity_scale * node.weight_m * node.section.area_m2 *
-              (motion.rotation.conjugate() * gravity->gravity_m_s2).dot(motion.twist.tail<3>());
+              (motion.rotation.conjugate() * gravity->gravity_m_s2).dot(earth_twist.tail<3>());
           std::size_t k = gravity_at;
           ForEachGravity(effects, gravity->body_density_kg_m3, gravity->water_density_kg_m3,
                          [&](double density) { power_[k++] += density * fall; });
         } else {
           power_[drag_at] +=
               node.weight_m *
-              std::get<DragLoad>(load).Density(node.section, motion).dot(motion.twist);
+              std::get<DragLoad>(load).Density(node.section, motion).dot(earth_twist);
         }
       }
       for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
         const double amplitude = inputs.distributed[distributed + k];
         if (amplitude == 0.0) continue;
         // An internal one works on the section's motion relative to the root.
-        Vector6 twist = motion.twist;
-        if (plant.exact() && IsInternal(rod.distributed[k].load)) {
+        const bool internal = IsInternal(rod.distributed[k].load);
+        Vector6 twist = internal ? motion.twist : earth_twist;
+        if (plant.exact() && internal) {
           twist -= AdjointInverseTimes(Inverse(state.pose[0]) * g, root);
         }
         power_[distributed_at + k] +=
@@ -166,7 +232,7 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
         power_[point_at + k] +=
             WrenchInSection(inputs.points[point + k] * rod.points[k].load.wrench,
                             rod.points[k].load.frame, motion.rotation)
-                .dot(motion.twist);
+                .dot(earth_twist);
       }
     }
     at = point_at + rod.points.size();
@@ -198,7 +264,7 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
       }
       const double fall =
           2.0 * mantle.half_thickness_m *
-          (shell.area_m2 * g_root.dot(root.tail<3>()) +
+          (shell.area_m2 * g_root.dot(earth_root.tail<3>()) +
            moment * (g_root.x() * root(1) - g_root.y() * root(0)) + g_root.z() * axial);
       std::size_t k = gravity_at;
       ForEachGravity(effects, mantle.material.density_kg_m3, rho,
@@ -224,20 +290,21 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
       power_[at++] = inputs.normal_pressure_pa * (work.volume_rate_m3_s + plane(n) - plane(0));
     }
     if (effects.jet_thrust) {
-      double speed = root(5);
+      double speed = earth_root(5);
       for (int j = 0; j < shell.node_count(); ++j) speed += shell.thrust_share[j] * rate(j)(1);
       power_[at++] = work.thrust_n * speed;
     }
-    if (effects.drag) power_[at++] = work.mantle_drag_n * work.mean_axial_speed_m_s;
+    if (effects.drag)
+      power_[at++] = work.mantle_drag_n * (work.mean_axial_speed_m_s + carried_root(5));
     if (effects.lateral_drag) {
-      power_[at++] =
-          MantleLateralDrag(state.shape, rho, effects.lateral_drag->coefficient, root).dot(root);
+      power_[at++] = MantleLateralDrag(state.shape, rho, effects.lateral_drag->coefficient, root)
+                         .dot(earth_root);
     }
     if (effects.contained_water) {
       const MantleInertia& m = work.mantle_inertia;
       const double u1 = root(3) + root(1) * m.centroid_m;
       const double u2 = root(4) - root(0) * m.centroid_m;
-      power_[at++] = OutflowWrench(m, state.shape.back()(1), root).dot(root) -
+      power_[at++] = OutflowWrench(m, state.shape.back()(1), root).dot(earth_root) -
                      0.5 * m.contained_rate_kg_s * (u1 * u1 + u2 * u2);
     }
     for (int i = 0; i < shell.element_count(); ++i) {
@@ -246,7 +313,8 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
     }
   }
   if (plant.has_gravity() && plant.robot.rigid_body) {
-    const double fall = g_root.dot(root.tail<3>() + root.head<3>().cross(plant.buoyant_centre_m));
+    const double fall =
+        g_root.dot(earth_root.tail<3>() + root.head<3>().cross(plant.buoyant_centre_m));
     std::size_t k = gravity_at;
     if (effects.weight) power_[k++] += RigidMass(*plant.robot.rigid_body) * fall;
     if (effects.buoyancy) power_[k++] -= rho * RigidVolume(*plant.robot.rigid_body) * fall;
@@ -255,12 +323,12 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
   if (effects.rigid_drag) {
     power_[at++] =
         plant.robot.rigid_body
-            ? RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag, rho, root).dot(root)
+            ? RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag, rho, root).dot(earth_root)
             : 0.0;
   }
   if (!plant.root_free()) {
     ApplyMass(plant, work, acceleration, &scratch_);
-    power_[at++] = (scratch_ - work.force).head<6>().dot(root);
+    power_[at++] = (scratch_ - work.force).head<6>().dot(earth_root);
   }
 }
 
@@ -289,6 +357,10 @@ EnergyAccount::Balance EnergyAccount::EvaluateBalance(const Plant& plant, const 
     Matrix6 rate = Matrix6::Zero();
     AddMantleInertia(work.mantle_inertia, true, &rate);
     kinetic += 0.5 * root.dot(rate * root);
+  }
+  const Vector3 current = CurrentOf(plant);
+  if (!current.isZero(0.0)) {
+    kinetic += current.dot(MomentumRate(plant, state, work, acceleration));
   }
   double sum = kinetic + stress_power_arms_ + stress_power_mantle_ + dissipation_;
   double scale = std::abs(kinetic) + std::abs(stress_power_arms_) + std::abs(stress_power_mantle_) +

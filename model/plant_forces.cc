@@ -19,8 +19,13 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
   for (int i = 1; i <= n; ++i) twist[i] = state.velocity.segment<6>(plant.ArmVelocity(a, i));
   for (int i = 0; i < n; ++i) {
     if (!EvaluateRodElement(pose[i], pose[i + 1], twist[i], twist[i + 1], &elements[i])) {
-      return {rod.name.c_str(), i, "rotation across one element [rad] too large or not finite",
-              elements[i].d.head<3>().norm(), kMaxElementRotation};
+      return {rod.name.c_str(),
+              i,
+              "rotation across one element [rad] too large or not finite",
+              elements[i].d.head<3>().norm(),
+              kMaxElementRotation,
+              "element",
+              "the mesh is too coarse for this shape: raise the arm's `elements`"};
     }
   }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
@@ -165,7 +170,8 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
     }
     work->cable_length_m[index] = length;
     work->cable_rate_m_s[index] = rate;
-    const double u = work->cable_tension_n[index] = CableTension(inputs.cables[index], length, rate);
+    const double u = work->cable_tension_n[index] =
+        CableTension(inputs.cables[index], length, rate);
     for (int j = 0; j <= n; ++j) {
       f(0, j) -= u * s.spokes * s.strip.area_m2[j] / s.strip.total_m2;
     }
