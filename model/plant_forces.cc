@@ -18,8 +18,13 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
   for (int i = 1; i <= n; ++i) twist[i] = state.velocity.segment<6>(plant.ArmVelocity(a, i));
   for (int i = 0; i < n; ++i) {
     if (!EvaluateRodElement(pose[i], pose[i + 1], twist[i], twist[i + 1], &elements[i])) {
-      return {rod.name.c_str(), i, "rotation across one element [rad] too large or not finite",
-              elements[i].d.head<3>().norm(), kMaxElementRotation};
+      return {rod.name.c_str(),
+              i,
+              "rotation across one element [rad] too large or not finite",
+              elements[i].d.head<3>().norm(),
+              kMaxElementRotation,
+              "element",
+              "the mesh is too coarse for this shape: raise the arm's `elements`"};
     }
     if (!(elements[i].d(3) > 0.0)) {
       return {rod.name.c_str(), i, "stretch along the arm: the material is turned inside out",

@@ -196,4 +196,22 @@ ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& 
   return {};
 }
 
+ReducedFailure CrossRootKink(const ReducedModel& model, const PlantInputs& inputs,
+                             ReducedWork* work, ReducedJacobians* jacobians, ReducedState* state) {
+  if (model.plant.root_free()) return {};
+  const Vector6 jump = inputs.root_twist - state->v.head<6>();
+  if (jump.isZero(0.0)) return {};
+  const VectorX at_rest = VectorX::Zero(model.velocity_count());
+  if (const ReducedFailure failure = EvaluateResidual(model, *state, at_rest, inputs, work)) {
+    return failure;
+  }
+  Linearise(model, *state, at_rest, inputs, false, work, jacobians);
+  const int n = model.coordinate_count();
+  const Eigen::MatrixXd& mass = jacobians->mass;
+  state->v.tail(n) -=
+      mass.bottomRightCorner(n, n).ldlt().solve(mass.bottomLeftCorner(n, 6).lazyProduct(jump));
+  state->v.head<6>() = inputs.root_twist;
+  return {};
+}
+
 }  // namespace mantle::reduced

@@ -102,9 +102,21 @@ int Compare(const SceneOptions& options) {
     fmt::print("{}: reduced model with {} states against the full one with {}\n", scene.name,
                2 * small->velocity_count(), 2 * small->plant.velocity_size());
     for (const auto& [key, value] : summary.items()) {
-      if (key.rfind("reduced_error_", 0) == 0)
+      if (key.rfind("reduced_error_", 0) == 0) {
         fmt::print("  {:40} {:.3e}\n", key, value.get<double>());
+      }
     }
+    const Json& scales = summary["relative_to"];
+    fmt::print(
+        "  relative to the body length {:.3g} m, the largest speed {:.3g} m/s, the largest "
+        "energy {:.3g} J",
+        scales["length_m"].get<double>(), scales["speed_m_s"].get<double>(),
+        scales["energy_j"].get<double>());
+    if (scales.contains("volume_m3")) {
+      fmt::print(", the largest change of volume {:.3g} mL",
+                 1e6 * scales["volume_m3"].get<double>());
+    }
+    fmt::print("\n");
     fmt::print("  results in {}\n", folder.string());
   }
   std::fflush(stdout);

@@ -75,9 +75,12 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
                1e6 * j["volume_m3"]["max"].get<double>());
   }
   if (!j["power_balance_residual"].is_null()) {
-    fmt::print("  power balance residual {:.2e}", j["power_balance_residual"].get<double>());
-    if (!j["energy_drift"].is_null())
-      fmt::print(", energy drift {:.2e}", j["energy_drift"].get<double>());
+    fmt::print("  power balance residual {:.2e} of {:.3g} W",
+               j["power_balance_residual"].get<double>(), j["power_balance_scale_w"].get<double>());
+    if (!j["energy_drift"].is_null()) {
+      fmt::print(", energy drift {:.2e} of {:.3g} J", j["energy_drift"].get<double>(),
+                 j["energy_drift_scale_j"].get<double>());
+    }
     fmt::print("\n");
   }
   fmt::print("  results in {}\n", folder.string());
@@ -203,6 +206,9 @@ class RunJob {
       PrintSummary(summary, folder_);
     }
     std::fflush(stdout);
+    for (const std::string& warning : result.warnings) {
+      fmt::print(stderr, "mantle: warning: {}: {}\n", scene_.name, warning);
+    }
     if (complete) return 0;
     fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene_.name,
                reason, result.sim_time_s, folder_.string());
