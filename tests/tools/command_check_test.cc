@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 namespace mantle::testing_tools {
@@ -33,7 +34,7 @@ TEST(MantleCheck, ExplicitStepsHaveALimit) {
 TEST(MantleCheck, TakesEveryShippedScene) {
   const auto folder = FreshFolder("check_all");
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(tests::SourcePath("scenes"))) {
     if (entry.path().extension() != ".toml") continue;
     ++count;
     const Outcome outcome = Mantle(folder, "check --json '" + entry.path().string() + "'");

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "firmware_sim/bus/bus_load.h"
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 /// `mantle run` of the steering scene, its first second, on a coarser plant.
@@ -145,7 +146,7 @@ TEST_F(ClosedLoopRun, TheTrajectoryHoldsWhatWasAskedAndWhatPulled) {
 
 TEST_F(ClosedLoopRun, EveryKeyAndColumnIsDocumented) {
   ASSERT_EQ(Run("--out out").status, 0);
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/outputs.md"));
   const auto documented = [&](const std::string& name) {
     return page.find("`" + name + "`") != std::string::npos;
   };

@@ -11,6 +11,7 @@
 #include <sstream>
 
 #include "model/meridian.h"
+#include "tests/support/paths.h"
 
 namespace mantle::scene {
 
@@ -90,7 +91,7 @@ TEST(Scene, ValuesArriveInSi) {
 }
 
 TEST(Scene, ThePapersArmFrameIsThePapers) {
-  const Scene scene = LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  const Scene scene = LoadScene(tests::SourcePath("scenes/paper.toml"));
   const Pose& mount = scene.robot.arms.at(0).mount;
   EXPECT_LT((mount.position - Vector3(0, 0, -0.112)).norm(), kRoundOff);
   EXPECT_LT((mount.rotation * Vector3::UnitX() + Vector3::UnitZ()).norm(), kRoundOff);
@@ -99,7 +100,7 @@ TEST(Scene, ThePapersArmFrameIsThePapers) {
 }
 
 TEST(Scene, ThePapersMantleIsThePapers) {
-  const Plant plant(LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml").robot);
+  const Plant plant(LoadScene(tests::SourcePath("scenes/paper.toml")).robot);
   const Mantle& mantle = *plant.robot.mantle;
   EXPECT_NEAR(MeridianLength(mantle), 0.130, kRoundOff);
   EXPECT_NEAR(mantle.theta0_rad, -0.1514, kPrinted);
@@ -258,7 +259,7 @@ TEST(Scene, MissingFilesAreNamed) {
 
 TEST(Scene, EveryShippedSceneParsesAndBuilds) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(tests::SourcePath("scenes"))) {
     if (entry.path().extension() != ".toml") continue;
     ++count;
     SCOPED_TRACE(entry.path().filename().string());
@@ -274,15 +275,15 @@ TEST(Scene, EveryShippedSceneParsesAndBuilds) {
 }
 
 TEST(Scene, FrozenPaperDiffersFromThePaperInItsCouplingAlone) {
-  const auto bodies = [](const char* file) {
+  const auto bodies = [](const std::string& file) {
     std::string text = ReadFile(file);
     return text.substr(text.find("[robot]"));
   };
-  std::string paper = bodies(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  std::string paper = bodies(tests::SourcePath("scenes/paper.toml"));
   const std::string exact = "coupling = \"exact\"";
   paper.replace(paper.find(exact), exact.size(), "coupling = \"frozen\"");
   paper.erase(paper.find("\n[reduced]"));  // the reduced model has exact coupling only
-  EXPECT_EQ(bodies(MANTLE_SOURCE_DIR "/scenes/paper_frozen.toml"), paper);
+  EXPECT_EQ(bodies(tests::SourcePath("scenes/paper_frozen.toml")), paper);
 }
 
 // docs/scene.md against the reader.
@@ -300,7 +301,7 @@ std::vector<std::string> Examples(const std::string& page) {
 }
 
 TEST(SceneDocs, EveryExampleParsesAndBuilds) {
-  const auto examples = Examples(ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md"));
+  const auto examples = Examples(ReadFile(tests::SourcePath("docs/scene.md")));
   ASSERT_GE(examples.size(), 8u);
   for (const std::string& example : examples) {
     SCOPED_TRACE(example);
@@ -309,7 +310,7 @@ TEST(SceneDocs, EveryExampleParsesAndBuilds) {
 }
 
 TEST(SceneDocs, KeysOfThePageAreTheKeysOfTheReader) {
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/scene.md"));
   std::set<std::string> documented, known;
   const std::regex row(R"(\n\| `([a-z0-9_.]+)` \|)");
   for (std::sregex_iterator at(page.begin(), page.end(), row), end; at != end; ++at) {
