@@ -7,7 +7,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
-# folder: folders it may include from; the longest folder that holds a file decides
+# folder or file: folders and files it may include from; the longest that holds a file decides
+MESSAGES = {"loop/messages.h", "loop/options.h", "loop/drive_options.h", "loop/sensor_channel.h"}
 FIRMWARE = {"firmware_sim/bus", "firmware_sim/canopen"}
 MAY_USE = {
     "model": {"model"},
@@ -18,6 +19,16 @@ MAY_USE = {
     "firmware_sim/drive": FIRMWARE | {"firmware_sim/drive"},
     "firmware_sim/master": FIRMWARE | {"firmware_sim/master"},
     "loop": {"model", "reduced", "controller", "firmware_sim", "loop"},
+    # Two sides that know one another by messages alone.
+    "loop/messages.h": {"reduced"},
+    "loop/drive_options.h": MESSAGES,
+    "loop/drive_options.cc": MESSAGES,
+    "loop/sensor_channel.h": MESSAGES,
+    "loop/sensor_channel.cc": MESSAGES,
+    "loop/control_side": MESSAGES | FIRMWARE | {"firmware_sim/master", "controller", "reduced", "loop/control_side"},
+    "loop/plant_side": MESSAGES
+    | FIRMWARE
+    | {"firmware_sim/drive", "model", "reduced", "controller/options.h", "loop/plant_side"},
     "loop/scene": {"model", "reduced", "controller", "loop"},
 }
 # header pattern: the only files that may include it
@@ -32,8 +43,8 @@ ONE_DOOR = {
 
 
 def folders_of(name):
-    """The folders that hold a file, the innermost first."""
-    return [folder.as_posix() for folder in pathlib.PurePosixPath(name).parents]
+    """A file and the folders that hold it, the innermost first."""
+    return [name] + [folder.as_posix() for folder in pathlib.PurePosixPath(name).parents]
 
 
 def main():

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
+#include "controller/registry.h"
 #include "loop/scene/scene_parts.h"
 
 namespace mantle::scene {
@@ -175,17 +177,22 @@ BaselineGains ReadGains(TomlReader t) {
   return g;
 }
 
+// A name that the registry does not know is the key's fault.
+template <typename Find>
+void CheckKnown(TomlReader& t, const char* key, Find find) {
+  try {
+    find();
+  } catch (const std::invalid_argument& error) {
+    t.Fail(key, error.what());
+  }
+}
+
 }  // namespace
 
 ControlOptions ReadControl(TomlReader t, const Robot& robot, const std::vector<Actuator>& motors) {
   ControlOptions c;
-  c.controller = t.Choice<ControllerKind>("controller",
-                                          {{"mpc", ControllerKind::kMpc},
-                                           {"gait", ControllerKind::kGait},
-                                           {"pursuit", ControllerKind::kPursuit},
-                                           {"pid", ControllerKind::kPid},
-                                           {"lqr", ControllerKind::kLqr}},
-                                          c.controller);
+  c.controller = t.Text("controller", c.controller);
+  CheckKnown(t, "controller", [&] { controller::FindController(c.controller); });
   c.mode = t.Choice<MpcMode>(
       "mode", {{"rti", MpcMode::kRealTimeIteration}, {"converged", MpcMode::kConverged}}, c.mode);
   c.goal = ReadGoal(t.Table("goal"), robot);
@@ -229,6 +236,8 @@ ControlOptions ReadControl(TomlReader t, const Robot& robot, const std::vector<A
     baselines->Finish();
   }
   if (auto e = t.OptionalTable("estimator")) {
+    c.estimator.type = e->Text("type", c.estimator.type);
+    CheckKnown(*e, "type", [&] { controller::FindEstimator(c.estimator.type); });
     c.estimator.observer = e->Boolean("observer", c.estimator.observer);
     c.estimator.disturbance = e->Boolean("disturbance", c.estimator.disturbance);
     c.estimator.model_noise =

@@ -1,4 +1,4 @@
-#include "controller/sensors.h"
+#include "loop/plant_side/sensor_model.h"
 
 #include <gtest/gtest.h>
 
@@ -52,7 +52,7 @@ struct Statistics {
   Statistics(ControlScene* world, const SensorOptions& o) {
     const ReducedState truth = world->Start();
     const VectorX nominal = Deviations(world->model, o);
-    Sensors sensors(world->model, o);
+    loop::SensorModel sensors(world->model, o);
     VectorX error(nominal.size());
     mean = square = VectorX::Zero(nominal.size());
     for (int i = 0; i < kDraws; ++i) {
@@ -68,14 +68,14 @@ struct Statistics {
   VectorX mean, square, deviation;
 };
 
-TEST(Sensors, NoiseHasTheDeviationsOfTheOptionsAndNoMean) {
+TEST(SensorModel, NoiseHasTheDeviationsOfTheOptionsAndNoMean) {
   ControlScene world("steer.toml");
   const Statistics s(&world, Noisy());
   EXPECT_LT(s.mean.cwiseAbs().maxCoeff(), kMean);
   EXPECT_LT((s.deviation.array() - 1.0).abs().maxCoeff(), kDeviation);
 }
 
-TEST(Sensors, BiasIsDrawnOnceAndStaysApartFromTheNoise) {
+TEST(SensorModel, BiasIsDrawnOnceAndStaysApartFromTheNoise) {
   ControlScene world("steer.toml");
   SensorOptions o = Noisy();
   o.bias = 3;
@@ -86,10 +86,10 @@ TEST(Sensors, BiasIsDrawnOnceAndStaysApartFromTheNoise) {
   EXPECT_NEAR(spread, o.bias, 5 * o.bias / std::sqrt(2.0 * static_cast<double>(s.mean.size())));
 }
 
-TEST(Sensors, PerfectOnesGiveTheTruth) {
+TEST(SensorModel, PerfectOnesGiveTheTruth) {
   ControlScene world("steer.toml");
   const ReducedState truth = world.Start();
-  Sensors sensors(world.model, {});
+  loop::SensorModel sensors(world.model, {});
   const auto measured = sensors.Measure(truth);
   ASSERT_TRUE(measured.has_value());
   EXPECT_EQ(measured->q, truth.q);
@@ -100,11 +100,11 @@ TEST(Sensors, PerfectOnesGiveTheTruth) {
   EXPECT_EQ(sensors.MeasureCableRate(-0.1), -0.1);
 }
 
-TEST(Sensors, ADelayedMeasurementIsTheTruthOfThen) {
+TEST(SensorModel, ADelayedMeasurementIsTheTruthOfThen) {
   ControlScene world("steer.toml");
   SensorOptions o;
   o.delay_s = 0.03;
-  Sensors sensors(world.model, o);
+  loop::SensorModel sensors(world.model, o);
   ReducedState truth = world.Start(0.0);
   for (int i = 0; i < 20; ++i) {
     truth.time_s = 0.01 * i;
@@ -117,11 +117,11 @@ TEST(Sensors, ADelayedMeasurementIsTheTruthOfThen) {
   }
 }
 
-TEST(Sensors, LosesItsShareOfMeasurements) {
+TEST(SensorModel, LosesItsShareOfMeasurements) {
   ControlScene world("steer.toml");
   SensorOptions o;
   o.loss = 0.3;
-  Sensors sensors(world.model, o);
+  loop::SensorModel sensors(world.model, o);
   ReducedState truth = world.Start(0.0);
   int lost = 0;
   for (int i = 0; i < kDraws; ++i) {
@@ -136,14 +136,14 @@ TEST(Sensors, LosesItsShareOfMeasurements) {
   EXPECT_NEAR(share, o.loss, 5 * std::sqrt(o.loss * (1 - o.loss) / kDraws));
 }
 
-TEST(Sensors, TheSeedDecidesEveryBit) {
+TEST(SensorModel, TheSeedDecidesEveryBit) {
   ControlScene world("steer.toml");
   const ReducedState truth = world.Start();
   SensorOptions o = Noisy();
   o.bias = 1;
-  Sensors a(world.model, o), b(world.model, o);
+  loop::SensorModel a(world.model, o), b(world.model, o);
   o.seed = 8;
-  Sensors c(world.model, o);
+  loop::SensorModel c(world.model, o);
   for (int i = 0; i < 5; ++i) {
     const auto x = a.Measure(truth), y = b.Measure(truth), z = c.Measure(truth);
     EXPECT_EQ(x->q, y->q);
@@ -152,11 +152,11 @@ TEST(Sensors, TheSeedDecidesEveryBit) {
   }
 }
 
-TEST(Sensors, AClampedRootIsNotDisplaced) {
+TEST(SensorModel, AClampedRootIsNotDisplaced) {
   ControlScene world("reach.toml");
   SensorOptions o = Noisy();
   const ReducedState truth = world.Start();
-  Sensors sensors(world.model, o);
+  loop::SensorModel sensors(world.model, o);
   const auto measured = sensors.Measure(truth);
   ASSERT_TRUE(measured.has_value());
   EXPECT_LT((measured->root.position - truth.root.position).norm(), 1e-15);
@@ -164,12 +164,12 @@ TEST(Sensors, AClampedRootIsNotDisplaced) {
   EXPECT_NE(measured->q, truth.q);
 }
 
-TEST(Sensors, CableNoiseHasItsDeviation) {
+TEST(SensorModel, CableNoiseHasItsDeviation) {
   ControlScene world("reach.toml");
   SensorOptions o;
   o.cable_m = 2e-4;
   o.cable_rate_m_s = 3e-3;
-  Sensors sensors(world.model, o);
+  loop::SensorModel sensors(world.model, o);
   double length = 0, rate = 0;
   for (int i = 0; i < kDraws; ++i) {
     length += std::pow((sensors.MeasureCable(0.4) - 0.4) / o.cable_m, 2) / kDraws;

@@ -2,7 +2,6 @@
 
 #include <vector>
 
-#include "controller/options.h"
 #include "firmware_sim/drive/drive.h"
 #include "loop/options.h"
 #include "model/plant.h"

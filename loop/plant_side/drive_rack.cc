@@ -1,4 +1,4 @@
-#include "loop/drive_rack.h"
+#include "loop/plant_side/drive_rack.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "loop/reel.h"
+#include "loop/plant_side/reel.h"
 
 #include <fmt/format.h>
 

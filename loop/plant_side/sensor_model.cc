@@ -1,15 +1,15 @@
-#include "controller/sensors.h"
+#include "loop/plant_side/sensor_model.h"
 
 #include "reduced/outputs.h"
 
-namespace mantle::controller {
+namespace mantle::loop {
 namespace {
 
 constexpr double kSameTime_s = 1e-9;
 
 }  // namespace
 
-Sensors::Sensors(const ReducedModel& model, const SensorOptions& options)
+SensorModel::SensorModel(const ReducedModel& model, const controller::SensorOptions& options)
     : model_(model), options_(options), random_(static_cast<std::uint64_t>(options.seed)) {
   const int n = model.velocity_count();
   deviation_.setZero(2 * n);
@@ -36,7 +36,7 @@ Sensors::Sensors(const ReducedModel& model, const SensorOptions& options)
   noise_ = bias_;
 }
 
-ReducedState Sensors::WithNoise(const ReducedState& truth) {
+ReducedState SensorModel::WithNoise(const ReducedState& truth) {
   std::normal_distribution<double> normal;
   for (Eigen::Index i = 0; i < noise_.size(); ++i) {
     noise_(i) = bias_(i) + deviation_(i) * normal(random_);
@@ -46,17 +46,17 @@ ReducedState Sensors::WithNoise(const ReducedState& truth) {
   return measured;
 }
 
-double Sensors::MeasureCable(double length_m) {
+double SensorModel::MeasureCable(double length_m) {
   if (options_.cable_m == 0) return length_m;
   return length_m + options_.cable_m * std::normal_distribution<double>()(random_);
 }
 
-double Sensors::MeasureCableRate(double rate_m_s) {
+double SensorModel::MeasureCableRate(double rate_m_s) {
   if (options_.cable_rate_m_s == 0) return rate_m_s;
   return rate_m_s + options_.cable_rate_m_s * std::normal_distribution<double>()(random_);
 }
 
-std::optional<ReducedState> Sensors::Measure(const ReducedState& truth) {
+std::optional<ReducedState> SensorModel::Measure(const ReducedState& truth) {
   if (options_.perfect()) return truth;
   std::uniform_real_distribution<double> uniform;
   const bool lost = uniform(random_) < options_.loss;
@@ -72,4 +72,4 @@ std::optional<ReducedState> Sensors::Measure(const ReducedState& truth) {
   return arrives;
 }
 
-}  // namespace mantle::controller
+}  // namespace mantle::loop

@@ -10,15 +10,15 @@
 /// What sensors make of the true reduced state: white noise, a constant bias drawn once, a delay,
 /// lost measurements. Seeded: the same scene sees the same noise.
 
-namespace mantle::controller {
+namespace mantle::loop {
 
 using reduced::ReducedModel;
 using reduced::ReducedState;
 
-class Sensors {
+class SensorModel {
  public:
   /// Throws nothing; `model` must outlive it.
-  Sensors(const ReducedModel& model, const SensorOptions& options);
+  SensorModel(const ReducedModel& model, const controller::SensorOptions& options);
 
   /// Takes the truth at its time; gives the measurement that arrives now (stamped with the time it
   /// was taken), or none.
@@ -31,11 +31,11 @@ class Sensors {
   ReducedState WithNoise(const ReducedState& truth);
 
   const ReducedModel& model_;
-  SensorOptions options_;
+  controller::SensorOptions options_;
   model::VectorX deviation_, bias_, noise_;
   std::deque<std::optional<ReducedState>> waiting_;
   std::deque<double> taken_s_;
   std::mt19937_64 random_;
 };
 
-}  // namespace mantle::controller
+}  // namespace mantle::loop
