@@ -14,7 +14,7 @@
 #include "loop/loop_account.h"
 #include "loop/scene/scene.h"
 #include "loop/vehicle.h"
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 
 /// The closed loop of a scene with a table [control]:
 ///
@@ -65,7 +65,7 @@ class ClosedLoop {
   LoopResult Run(const std::function<bool(const LoopStep&)>& observer = {});
 
   const model::Plant& plant() const { return plant_; }
-  const reduced::ReducedModel& reduced() const { return model_; }
+  const reduced::ReducedPlant& reduced() const { return model_; }
   const controller::Reference& reference() const { return reference_; }
   Vehicle& vehicle() { return vehicle_; }
 
@@ -84,7 +84,7 @@ class ClosedLoop {
   controller::ControlOptions control_;
   ClosedLoopOptions options_;
   model::Plant plant_;
-  reduced::ReducedModel model_;
+  reduced::ReducedPlant model_;
   reduced::StepSettings step_;
   controller::Reference reference_;
   std::unique_ptr<controller::Controller> controller_;
