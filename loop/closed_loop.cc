@@ -61,7 +61,6 @@ ClosedLoop::ClosedLoop(const scene::Scene& scene, const ClosedLoopOptions& optio
       instruments_(model_, plant_side_, scene.sensors),
       control_side_(
           {.model = model_,
-           .robot = scene.robot,
            .step = {scene.reduction.scheme, std::max(scene.reduction.tolerance, kStepTolerance)},
            .control = ControlOf(scene, options),
            .sensors = scene.sensors,

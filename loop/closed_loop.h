@@ -16,6 +16,7 @@
 #include "loop/scene/scene.h"
 #include "loop/sensor_channel.h"
 #include "loop/wire.h"
+#include "reduced/build/reduced_plant.h"
 
 /// The closed loop of a scene with a table [control], both sides in one process:
 ///
@@ -68,7 +69,7 @@ class ClosedLoop {
   LoopResult Run(const std::function<bool(const LoopStep&)>& observer = {});
 
   const model::Plant& plant() const { return plant_; }
-  const reduced::ReducedModel& reduced() const { return model_; }
+  const reduced::ReducedPlant& reduced() const { return model_; }
   const controller::Reference& reference() const { return control_side_.reference(); }
   PlantSide& plant_side() { return plant_side_; }
   const ControlSide& control_side() const { return control_side_; }
@@ -83,7 +84,7 @@ class ClosedLoop {
 
   scene::Scene scene_;
   model::Plant plant_;
-  reduced::ReducedModel model_;
+  reduced::ReducedPlant model_;
   Wire wire_;
   PlantSide plant_side_;
   Instruments instruments_;

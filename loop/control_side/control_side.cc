@@ -39,7 +39,7 @@ ControlSide::ControlSide(const ControlSetup& setup, firmware_sim::Bus& bus)
       step_(setup.step),
       drives_(setup.drives),
       real_time_(setup.real_time),
-      reference_(control_.goal, setup.robot),
+      reference_(control_.goal, setup.model.robot),
       sensors_(setup.sensors),
       controller_(controller::MakeController({setup.model, step_, control_, reference_})),
       estimator_(controller::MakeEstimator(

@@ -25,7 +25,6 @@ namespace mantle::loop {
 /// What a control side is made of.
 struct ControlSetup {
   const reduced::ReducedModel& model;  ///< that it believes in; must outlive it
-  const model::Robot& robot;           ///< that the goal is about; read on construction alone
   reduced::StepSettings step;          ///< of the model
   controller::ControlOptions control;
   controller::SensorOptions sensors;  ///< what the estimator is told of them

@@ -2,7 +2,7 @@
 
 namespace mantle::loop {
 
-Instruments::Instruments(const reduced::ReducedModel& model, const PlantSide& plant,
+Instruments::Instruments(const reduced::ReducedPlant& model, const PlantSide& plant,
                          const controller::SensorOptions& options)
     : plant_(plant),
       projection_(model),

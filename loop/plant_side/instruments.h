@@ -5,7 +5,7 @@
 #include "loop/messages.h"
 #include "loop/plant_side/plant_side.h"
 #include "loop/plant_side/sensor_model.h"
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 
 /// The vehicle's instruments, idealised: the plant's state projected on reduced coordinates, and
 /// the cables' lengths, both with the noise, delay and losses of the table [sensors].
@@ -16,7 +16,7 @@ class Instruments {
  public:
   /// Both must outlive it; `plant` is the one the model reduces, but for mismatch. Throws
   /// model::BadRobot as Projection does.
-  Instruments(const reduced::ReducedModel& model, const PlantSide& plant,
+  Instruments(const reduced::ReducedPlant& model, const PlantSide& plant,
               const controller::SensorOptions& options);
 
   /// Takes in the plant's true state, now, at `time_s` from t = 0. Fails where it cannot be

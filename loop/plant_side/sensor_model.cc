@@ -13,7 +13,7 @@ SensorModel::SensorModel(const ReducedModel& model, const controller::SensorOpti
     : model_(model), options_(options), random_(static_cast<std::uint64_t>(options.seed)) {
   const int n = model.velocity_count();
   deviation_.setZero(2 * n);
-  if (model.plant.root_free()) {
+  if (model.root_free()) {
     deviation_.head<3>().setConstant(options.attitude_rad);
     deviation_.segment<3>(3).setConstant(options.position_m);
     deviation_.segment<3>(n).setConstant(options.angular_velocity_rad_s);

@@ -1,4 +1,4 @@
-#include "reduced/arm.h"
+#include "reduced/build/arm.h"
 
 #include <fmt/format.h>
 
@@ -155,6 +155,12 @@ ReducedCable MakeCable(const model::Plant& plant, int a, int c, const ArmReducti
     }
   }
   out.length_offset_m = rod.cables[c].rest_length_m - rest;
+  const auto& pieces = rod.cables[c].pieces;
+  for (std::size_t e = 0; e < pieces.size(); ++e) {
+    const double length = (rod.x_m[e + 1] - rod.x_m[e]) * pieces[e].share;
+    out.offset_integral_m2 += length * pieces[e].offset_m;
+    out.distance_integral_m2 += length * pieces[e].offset_m.norm();
+  }
   return out;
 }
 
@@ -188,7 +194,7 @@ ReducedArm MakeReducedArm(const model::Plant& plant, int a, const ArmReduction& 
         at = static_cast<int>(i);
       }
     }
-    out.points.push_back({at, &p.load});
+    out.points.push_back({at, p.load});
     out.dynamic_intervals = std::max(out.dynamic_intervals, at + 1);
     out.needs_rotation |= p.load.frame == model::LoadFrame::kWorld;
   }

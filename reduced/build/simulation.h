@@ -3,7 +3,7 @@
 #include <functional>
 
 #include "model/simulation.h"
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 #include "reduced/step.h"
 
 /// A run of the reduced model: steps aligned with the schedules' break points and output times,
@@ -26,7 +26,7 @@ ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction&
 class ReducedSimulation {
  public:
   /// Starts where the plant does (model::StartState), projected. Throws model::BadRobot.
-  ReducedSimulation(const ReducedModel& model, const ReducedRunSettings& settings);
+  ReducedSimulation(const ReducedPlant& model, const ReducedRunSettings& settings);
 
   const ReducedState& state() const { return state_; }
   ReducedState* mutable_state() { return &state_; }
@@ -38,7 +38,7 @@ class ReducedSimulation {
   model::RunResult Run(const std::function<bool(const model::Sample&)>& observer = {});
 
  private:
-  const ReducedModel& model_;
+  const ReducedPlant& model_;
   ReducedRunSettings settings_;
   ReducedState state_, next_;
   StepWork work_;

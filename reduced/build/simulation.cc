@@ -1,4 +1,4 @@
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 
 #include <fmt/format.h>
 
@@ -25,7 +25,7 @@ ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction&
   return s;
 }
 
-ReducedSimulation::ReducedSimulation(const ReducedModel& model, const ReducedRunSettings& settings)
+ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRunSettings& settings)
     : model_(model),
       settings_(settings),
       state_(InitialState(model)),

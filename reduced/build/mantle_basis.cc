@@ -1,4 +1,4 @@
-#include "reduced/mantle_basis.h"
+#include "reduced/build/mantle_basis.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,11 @@
-#include "reduced/mantle.h"
+#include "reduced/build/mantle.h"
 
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "reduced/cubature.h"
+#include "reduced/build/cubature.h"
+#include "reduced/build/mantle_basis.h"
 
 namespace mantle::reduced {
 namespace {

@@ -1,9 +1,11 @@
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/LU>
 #include <cmath>
+
+#include "reduced/build/arm.h"
 
 namespace mantle::reduced {
 namespace {
@@ -14,7 +16,7 @@ constexpr double kAccepted = 1e-9;    // where round-off keeps the change above 
 
 }  // namespace
 
-Projection::Projection(const ReducedModel& model)
+Projection::Projection(const ReducedPlant& model)
     : model_(model),
       trial_(InitialState(model.plant)),
       zero_(VectorX::Zero(model.velocity_count())) {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "reduced/reduced_model.h"
+#include "reduced/build/reduced_plant.h"
 
 /// Between the plant's state and the reduced coordinates.
 ///
@@ -16,7 +16,7 @@ namespace mantle::reduced {
 class Projection {
  public:
   /// Throws model::BadRobot where the plant's mesh is too coarse to tell the strains apart.
-  explicit Projection(const ReducedModel& model);
+  explicit Projection(const ReducedPlant& model);
 
   /// `to` is sized as InitialState(model.plant). No allocation.
   void Lift(const ReducedState& from, model::PlantState* to);
@@ -28,7 +28,7 @@ class Projection {
  private:
   bool ProjectArm(int a, const model::PlantState& from, ReducedState* to);
 
-  const ReducedModel& model_;
+  const ReducedPlant& model_;
   std::vector<ReducedArm> lifting_;  ///< sections at the plant's nodes
   std::vector<ArmWork> work_;
   std::vector<std::vector<Matrix6X>> element_basis_;  ///< B at the elements' middles
