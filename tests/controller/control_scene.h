@@ -7,6 +7,7 @@
 #include "controller/controller.h"
 #include "controller/gait.h"
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
 #include "tests/support/paths.h"
 
 /// A shipped control scene made small: its reduced model, reference and a trajectory with some
@@ -57,7 +58,7 @@ struct ControlScene {
   }
 
   scene::Scene scene;
-  reduced::ReducedModel model;
+  reduced::ReducedPlant model;
   reduced::StepSettings step;
   controller::Reference reference;
   controller::Propagator propagator;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
 #include "tests/support/paths.h"
 
 namespace mantle::loop {
@@ -35,7 +36,7 @@ struct Bench {
   }
 
   scene::Scene scene;
-  reduced::ReducedModel reduced;
+  reduced::ReducedPlant reduced;
   model::Plant plant;
   controller::Reference reference;
   LoopAccount account;

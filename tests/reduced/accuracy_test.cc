@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
 #include "tests/support/paths.h"
 
 namespace mantle::reduced {
@@ -94,7 +95,7 @@ TEST(ReducedAccuracy, VibrationModesAloneMissThePulse) {
 TEST(ReducedAccuracy, VehicleSwimsThePapersPathWithinFivePercent) {
   const scene::Scene scene = scene::LoadScene(tests::SourcePath("scenes/paper.toml"),
                                               {"mantle.elements=128", "arms.arm.elements=80"});
-  const ReducedModel model(scene.robot, scene.reduction);
+  const ReducedPlant model(scene.robot, scene.reduction);
   ASSERT_EQ(model.mantle->size, 3);
   ASSERT_EQ(model.arms[0].size(), 4 * 4);
   const auto full = tests::FullRun(scene.robot, scene.run.duration_s);

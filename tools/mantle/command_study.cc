@@ -43,7 +43,7 @@ Json RunOne(const std::string& file, const std::string& controller, const StudyO
   scene_options.overrides = options.overrides;
   scene::Scene scene = scene_options.Load();
   loop::ClosedLoopOptions run;
-  run.controller = ControllerOf(controller == "converged" ? "mpc" : controller);
+  run.controller = controller == "converged" ? "mpc" : controller;
   if (controller == "converged" && scene.control) {
     scene.control->mode = controller::MpcMode::kConverged;
   }

@@ -35,8 +35,7 @@ class ControlJob {
         options_(options),
         scene_(scene_options.Load()),
         folder_(scene_options.OutputFolder(scene_)),
-        kind_(options.controller.empty() ? scene_.control->controller
-                                         : ControllerOf(options.controller)),
+        controller_(options.controller.empty() ? scene_.control->controller : options.controller),
         bus_(options.bus.empty() ? scene_.drives.bus : options.bus) {}
 
   int Execute() {
@@ -45,7 +44,7 @@ class ControlJob {
     RemoveOldResults(folder_, kRunResults);
     lcm_ = OpenLcm({.log_folder = folder_, .url = options_.lcm_url});
     trajectory_.emplace(folder_, "trajectory.csv", Titles());
-    if (kind_ == controller::ControllerKind::kMpc) {
+    if (loop_->control_side().mpc() != nullptr) {
       solver_.emplace(folder_, "solver.csv",
                       "time_s,prepare_ms,solve_ms,iterations,cost,outcome\n");
     }
@@ -68,7 +67,7 @@ class ControlJob {
   const ControlRunOptions& options_;
   scene::Scene scene_;
   std::filesystem::path folder_;
-  controller::ControllerKind kind_;
+  std::string controller_;
   std::string bus_;
   std::optional<firmware_sim::CandumpWriter> record_;
   std::unique_ptr<loop::ClosedLoop> loop_;
@@ -82,7 +81,7 @@ class ControlJob {
   void OpenLoop() {
     loop::ClosedLoopOptions o;
     o.real_time = options_.real_time;
-    o.controller = kind_;
+    o.controller = controller_;
     o.bus = bus_;
     try {
       if (!options_.record.empty()) {
@@ -153,14 +152,14 @@ class ControlJob {
   }
 
   void OnSample(const loop::LoopStep& step) {
-    const model::Sample sample = loop_->vehicle().Observe();
+    const model::Sample sample = loop_->plant_side().Observe();
     trajectory_->Write(Row(sample, step));
     if (loop_->plant().shell) volume_.Add(sample.volume_m3);
     lcm_->Write(StateMessage(loop_->plant(), sample));
     lcm_->Write(ReducedStateMessage(step.truth));
     lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
-    lcm_->Write(EnergyMessage(sample, step.vehicle.simulation().energy()));
-    lcm_->Write(StatusMessage(ControllerName(kind_), step, iterations_));
+    lcm_->Write(EnergyMessage(sample, step.plant.simulation().energy()));
+    lcm_->Write(StatusMessage(controller_, step, iterations_));
   }
 
   void OnPlan(const loop::LoopStep& step) {
@@ -179,8 +178,8 @@ class ControlJob {
         RunSummary({&scene_, &loop_->plant(), &result.plant, volume_, scene_options_.overrides,
                     result.wall_s, result.time_s, complete, reason});
     summary["reduced"] = ReductionSummary(scene_, loop_->reduced());
-    summary["control"] =
-        ControlSummary({&scene_, loop_.get(), &result, kind_, bus_, options_.real_time, locked});
+    summary["control"] = ControlSummary(
+        {&scene_, loop_.get(), &result, controller_, bus_, options_.real_time, locked});
     OutputFile file(folder_, "summary.json", summary.dump(2) + "\n");
     trajectory_->Flush();
     file.Flush();

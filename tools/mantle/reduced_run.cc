@@ -11,6 +11,7 @@
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/trajectory.h"
+#include "reduced/build/reduced_plant.h"
 
 namespace mantle::tools {
 namespace {
@@ -38,21 +39,21 @@ double HeadingDifference(const model::Pose& a, const model::Pose& b) {
 
 }  // namespace
 
-std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
+std::unique_ptr<reduced::ReducedPlant> BuildReduced(const SceneOptions& options,
                                                     const scene::Scene& scene) {
   return InScene(options, [&] {
-    return std::make_unique<reduced::ReducedModel>(scene.robot, scene.reduction);
+    return std::make_unique<reduced::ReducedPlant>(scene.robot, scene.reduction);
   });
 }
 
 reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const scene::Scene& scene,
-                                           const reduced::ReducedModel& model) {
+                                           const reduced::ReducedPlant& model) {
   return InScene(options, [&] {
     return reduced::ReducedSimulation(model, reduced::RunSettingsOf(scene.run, scene.reduction));
   });
 }
 
-Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& model) {
+Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& model) {
   Json j;
   j["coordinates"] = model.coordinate_count();
   j["states"] = 2 * model.velocity_count();
