@@ -41,7 +41,7 @@ MAY_LINK = {
     r"PkgConfig::IPOPT": {"ipopt"},
     r"PkgConfig::NLOPT": {"tuning"},
     r"LCM::": {"lcm_types"},
-    r"fmt::": {"mechanics", "model", "firmware_sim", "telemetry", "tuning"},
+    r"fmt::": {"bus", "mechanics", "model", "firmware_sim", "telemetry", "tuning"},
 }
 # target: Mantle's own targets that it may reach, directly or through others
 MAY_REACH = {
