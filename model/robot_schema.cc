@@ -130,7 +130,7 @@ void CheckRobot(Visitor& v, const Robot& robot) {
 
 // All of [materials] is read for its errors alone: an unused one may not be wrong either.
 void CheckMaterials(Visitor& v) {
-  v.NamedTables(Optional({.name = "materials", .meaning = "by name", .type = "material"}),
+  v.NamedTables(Optional({.name = "materials", .meaning = "that bodies name", .type = "material"}),
                 [](Visitor& t) {
                   Material material;
                   Describe(t, material);
@@ -232,16 +232,16 @@ void DescribeRoot(Visitor& v, Robot& robot) {
 }
 
 void Describe(Visitor& v, Robot& robot) {
-  v.Object({"water", "[water]"}, &robot.water);
+  v.Object({"water", "around the bodies"}, &robot.water);
   CheckMaterials(v);
-  v.Table({"robot", "[robot]"}, [&](Visitor& t) { DescribeRoot(t, robot); });
-  v.Tables(Optional({.name = "arms", .meaning = "[[arms]]", .also = "one body at least"}),
+  v.Table({"robot", "the root that carries the bodies"}, [&](Visitor& t) { DescribeRoot(t, robot); });
+  v.Tables(Optional({.name = "arms", .meaning = "Cosserat rods", .also = "one body at least"}),
            [&](Visitor& t, int index) { DescribeArm(t, index, robot.arms.emplace_back()); });
   Mantle mantle;
-  if (v.Object(Optional({"mantle", "[mantle]"}), &mantle)) robot.mantle = mantle;
+  if (v.Object(Optional({"mantle", "an axisymmetric shell"}), &mantle)) robot.mantle = mantle;
   RigidBody body;
-  if (v.Object(Optional({"rigid_body", "[rigid_body]"}), &body)) robot.rigid_body = body;
-  v.Object({"effects", "[effects]"}, &robot.effects);
+  if (v.Object(Optional({"rigid_body", "fixed to the root"}), &body)) robot.rigid_body = body;
+  v.Object({"effects", "what acts on the bodies"}, &robot.effects);
   CheckRobot(v, robot);
 }
 
