@@ -7,4 +7,10 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/mantleConfigVersion.cmake
   COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/mantleConfig.cmake ${CMAKE_BINARY_DIR}/mantleConfigVersion.cmake
   DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mantle)
+# For editors that complete and check scenes.
+add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/scene.schema.json
+  COMMAND mantle check --json-schema > ${CMAKE_BINARY_DIR}/scene.schema.json
+  DEPENDS mantle VERBATIM)
+add_custom_target(scene_schema ALL DEPENDS ${CMAKE_BINARY_DIR}/scene.schema.json)
+install(FILES ${CMAKE_BINARY_DIR}/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/mantle)
 install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/mantle/scenes)
