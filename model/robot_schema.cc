@@ -190,6 +190,15 @@ void Describe(Visitor& v, Water& water) {
            &water.density_kg_m3);
 }
 
+void Describe(Visitor& v, Mismatch& m) {
+  constexpr schema::Range kFactor{0.01, 100};
+  v.Number({"young"}, Quantity::kNumber, kFactor, &m.young);
+  v.Number({"viscosity"}, Quantity::kNumber, kFactor, &m.viscosity);
+  v.Number({"drag"}, Quantity::kNumber, kFactor, &m.drag);
+  v.Number({"added_mass"}, Quantity::kNumber, kFactor, &m.added_mass);
+  v.Number({"jet", "thrust"}, Quantity::kNumber, kFactor, &m.jet);
+}
+
 void DescribeRoot(Visitor& v, Robot& robot) {
   const schema::Key key = {"root", "how the root moves; a table prescribes its motion"};
   v.Either(
@@ -234,7 +243,8 @@ void DescribeRoot(Visitor& v, Robot& robot) {
 void Describe(Visitor& v, Robot& robot) {
   v.Object({"water", "around the bodies"}, &robot.water);
   CheckMaterials(v);
-  v.Table({"robot", "the root that carries the bodies"}, [&](Visitor& t) { DescribeRoot(t, robot); });
+  v.Table({"robot", "the root that carries the bodies"},
+          [&](Visitor& t) { DescribeRoot(t, robot); });
   v.Tables(Optional({.name = "arms", .meaning = "Cosserat rods", .also = "one body at least"}),
            [&](Visitor& t, int index) { DescribeArm(t, index, robot.arms.emplace_back()); });
   Mantle mantle;

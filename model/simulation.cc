@@ -28,7 +28,7 @@ constexpr double kNegligiblePower = 1e-6;
 std::vector<Mode> BendingModes(const Plant& rod) {
   try {
     return VibrationModes(rod, InitialState(rod), 2);
-  } catch (const std::runtime_error& error) {
+  } catch (const BadRobot& error) {
     RefuseTipSpeed(rod.robot.arms[0],
                    std::string("the arm's first bending mode is not found: ") + error.what());
   }
@@ -139,9 +139,8 @@ StepStatus Simulation::CheckRunaway() const {
     if (jet.flux == FluxReading::kRadial) v(1) = 0;
     flux += gradient_[j].dot(v);
   }
-  return JudgeThrust(
-      plant_, state_.time_s,
-      EvaluateJet(*plant_.robot.mantle, plant_.robot.water.density_kg_m3, flux).thrust_n);
+  return JudgeThrust(plant_, state_.time_s,
+                     FindLoad<JetLoad>(plant_.mantle_loads)->Evaluate(flux).thrust_n);
 }
 
 StepStatus Simulation::TakeStep(double limit_s) {

@@ -61,4 +61,11 @@ void Describe(Visitor& v, Scene& scene) {
   v.Object({"mismatch", "factors on the plant that the controller does not know"}, &scene.mismatch);
 }
 
+Catalogue SceneCatalogue() {
+  return MakeCatalogue([](schema::Visitor& v) {
+    Scene scene;
+    Describe(v, scene);
+  });
+}
+
 }  // namespace mantle::scene

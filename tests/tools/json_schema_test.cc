@@ -8,6 +8,8 @@
 #include <regex>
 #include <sstream>
 
+#include "loop/scene/scene_schema.h"
+
 namespace mantle::tools {
 namespace {
 

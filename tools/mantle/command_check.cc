@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "loop/scene/key_tables.h"
+#include "loop/scene/scene_schema.h"
 #include "loop/scene/toml_reader.h"
 #include "model/schedule.h"
 #include "tools/mantle/build_run.h"

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "loop/scene/scene.h"
@@ -43,11 +44,9 @@ auto InScene(const SceneOptions& options, Build build) {
     return build();
   } catch (const scene::BadScene&) {
     throw;
-  } catch (const BadInput&) {
-    throw;
   } catch (const std::invalid_argument& error) {
     throw refusal(error);
-  } catch (const std::runtime_error& error) {
+  } catch (const std::system_error& error) {
     throw refusal(error);
   }
 }

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "loop/scene/scene.h"
+#include "loop/scene/scene_schema.h"
 
 namespace mantle::scene {
 namespace {
