@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
@@ -48,11 +49,7 @@ Recorded Record(Simulation* simulation, double duration_s) {
 
 int Compare(const SceneOptions& options) {
   scene::Scene scene = options.Load();
-  if (!scene.has_time) {
-    throw scene::BadScene(options.scene_file +
-                          ": time: table is missing: `mantle compare` needs [time] with `duration` "
-                          "> 0 s");
-  }
+  DemandTime(options, scene, "mantle compare");
   // An output interval shorter than the plant's step would sample each at its own steps.
   scene.run.step_s = std::min(scene.run.step_s, 0.5 * scene.run.output_interval_s);
   const auto small = BuildReduced(options, scene);
@@ -62,8 +59,7 @@ int Compare(const SceneOptions& options) {
   RemoveOldResults(folder, {"summary.json", "full.csv", "reduced.csv"});
   CatchInterrupts();
   const Recorded quick = Record(&fast, scene.run.duration_s);
-  auto plant = InScene(
-      options, [&] { return std::make_unique<model::Simulation>(small->plant, scene.run); });
+  const auto plant = BuildFullRun(options, scene, small->plant);
   const Recorded full = Record(plant.get(), scene.run.duration_s);
 
   const bool complete = full.result.ok && quick.result.ok && !Interrupted();

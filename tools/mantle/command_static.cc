@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
@@ -52,10 +53,7 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
 int SolveScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
-  if (!std::holds_alternative<model::ClampedRoot>(scene.robot.root)) {
-    throw scene::BadScene(options.scene_file +
-                          ": robot.root: must be \"clamped\" for `mantle static`");
-  }
+  DemandClampedRoot(options, scene);
   const std::filesystem::path folder = options.OutputFolder(scene);
   PrepareFolder(folder);
   RemoveOldResults(folder, {"summary.json", "path.csv", "shape.csv"});

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "loop/closed_loop.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
@@ -47,8 +47,7 @@ Json RunOne(const std::string& file, const std::string& controller, const StudyO
   if (controller == "converged" && scene.control) {
     scene.control->mode = controller::MpcMode::kConverged;
   }
-  auto loop =
-      InScene(scene_options, [&] { return std::make_unique<loop::ClosedLoop>(scene, run); });
+  auto loop = BuildLoop(scene_options, scene, run);
   Progress progress(0.0, scene.run.duration_s, "s of " + controller + " on " + scene.name, true);
   const loop::LoopResult result = loop->Run([&](const loop::LoopStep& step) {
     progress.Update(step.time_s);

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "loop/closed_loop.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/control_table.h"
 #include "tools/mantle/interrupt.h"
@@ -88,13 +88,12 @@ class ControlJob {
         record_.emplace(options_.record, bus_.starts_with("can:") ? bus_.substr(4) : "vcan0");
         o.record = &*record_;
       }
-      loop_ =
-          InScene(scene_options_, [&] { return std::make_unique<loop::ClosedLoop>(scene_, o); });
     } catch (const std::invalid_argument& error) {
       throw BadInput(error.what());
     } catch (const std::system_error& error) {
       throw BadInput(error.what());
     }
+    loop_ = BuildLoop(scene_options_, scene_, o);
   }
 
   // One walk for titles and values, so that they cannot disagree.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
@@ -78,11 +79,7 @@ Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& mo
 
 int RunReducedScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
-  if (!scene.has_time) {
-    throw scene::BadScene(options.scene_file +
-                          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 "
-                          "s");
-  }
+  DemandTime(options, scene, "mantle run");
   const auto model = BuildReduced(options, scene);
   reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
   const std::filesystem::path folder = options.OutputFolder(scene);
