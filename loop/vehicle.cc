@@ -184,6 +184,13 @@ StepStatus Vehicle::CheckBus() const {
                                drive_options_.bus, link.missing().id, from,
                                static_cast<double>(options_.bus_timeout_us) / kSecond_us)};
   };
+  for (const auto* link : {&master_link_, &drive_link_}) {
+    if (!*link || (*link)->foreign() == 0) continue;
+    return {false,
+            fmt::format("bus {}: {} foreign frames with identifiers of this run, the first "
+                        "{:03X}: another run or master is on the bus",
+                        drive_options_.bus, (*link)->foreign(), (*link)->first_foreign().id)};
+  }
   if (master_link_ && master_link_->stalled()) return describe(*master_link_, "the drives");
   if (drive_link_ && drive_link_->stalled()) return describe(*drive_link_, "the master");
   if (master_->counters().send_failures > 0) {

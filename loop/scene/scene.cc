@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-#include <sstream>
-
+#include "loop/scene/regular_file.h"
 #include "loop/scene/scene_parts.h"
 
 namespace mantle::scene {
@@ -160,15 +158,12 @@ Scene ReadScene(const TomlValue& document, SceneContext* context) {
 }
 
 std::string ReadText(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in || std::filesystem::is_directory(file)) {
-    throw BadScene(
-        fmt::format("{}: cannot be read: {}", file.string(),
-                    std::filesystem::exists(file) ? "is not a readable file" : "no such file"));
+  constexpr std::uintmax_t kMostBytes = 16 << 20;
+  try {
+    return ReadRegularFile(file, kMostBytes);
+  } catch (const UnreadableFile& error) {
+    throw BadScene(fmt::format("{}: cannot be read: {}", file.string(), error.what()));
   }
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
 }
 
 // The document with what it `extends` merged under it.
@@ -199,6 +194,7 @@ Scene ParseScene(std::string_view toml, const std::string& name,
   SceneContext context{name, directory, nullptr, {}};
   try {
     Scene scene = ReadScene(document, &context);
+    scene.fingerprint = Hash(document, context.files_hash);
     if (known_keys != nullptr)
       known_keys->insert(context.known_keys.begin(), context.known_keys.end());
     return scene;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -37,6 +38,9 @@ struct Scene {
   loop::Mismatch mismatch;
   bool has_time{false};     ///< the scene has a table [time]: it is meant to be run
   bool has_statics{false};  ///< the scene has a table [statics]: it is meant to be solved
+  /// Of all that the scene says: the document with what it extends and what overrides it, and every
+  /// other file that was read. Two scenes that run differently do not have the same.
+  std::uint64_t fingerprint{0};
 };
 
 /// Reads a file; `overrides` ("time.step=0.005") are applied before anything is checked. Throws

@@ -1,9 +1,10 @@
 #include <fmt/format.h>
 
 #include <charconv>
-#include <fstream>
 #include <numbers>
+#include <sstream>
 
+#include "loop/scene/regular_file.h"
 #include "loop/scene/scene_parts.h"
 
 namespace mantle::scene {
@@ -40,8 +41,15 @@ IntervalSchedule ReadIntervals(TomlReader* table, Quantity quantity, Range range
 // Two columns, time [s] and value [SI], comma-separated; lines that start with a letter or # are
 // titles.
 void ReadTableFile(TomlReader* table, const std::string& file, TableSchedule* s) {
-  std::ifstream in(table->context().directory / file);
-  if (!in) table->Fail("file", "cannot be read");
+  constexpr std::uintmax_t kMostBytes = 64 << 20;
+  std::istringstream in;
+  try {
+    const std::string text = ReadRegularFile(table->context().directory / file, kMostBytes);
+    table->context().files_hash = Hash(text, table->context().files_hash);
+    in.str(text);
+  } catch (const UnreadableFile& error) {
+    table->Fail("file", fmt::format("cannot be read: {}", error.what()));
+  }
   std::string line;
   for (int number = 1; std::getline(in, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();

@@ -4,8 +4,11 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <optional>
+
+#include "loop/scene/regular_file.h"
 
 namespace mantle::scene {
 namespace {
@@ -132,6 +135,22 @@ std::string Describe(const TomlValue& value) {
       return "a date or time";
   }
   return "";
+}
+
+std::uint64_t Hash(const TomlValue& value, std::uint64_t hash) {
+  // Lengths stand before what they are of, so that no two documents run into the same text.
+  const auto sizes = fmt::format("{}{}:{}:{}:{}:", static_cast<int>(value.kind), value.boolean,
+                                 std::bit_cast<std::uint64_t>(value.number), value.text.size(),
+                                 value.items.size());
+  hash = Hash(std::string_view(value.text), Hash(std::string_view(sizes), hash));
+  for (std::size_t i = 0; i < value.items.size(); ++i) {
+    if (i < value.keys.size()) {
+      hash =
+          Hash(std::string_view(fmt::format("{}:{}", value.keys[i].size(), value.keys[i])), hash);
+    }
+    hash = Hash(value.items[i], hash);
+  }
+  return hash;
 }
 
 TomlValue ParseToml(std::string_view text, const std::string& name) {

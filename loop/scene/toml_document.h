@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -32,6 +33,9 @@ struct TomlValue {
 
 /// Short rendering for messages ("[1, 2]", "\"soft\"", "a table").
 std::string Describe(const TomlValue& value);
+
+/// Of everything that the document says, comments and layout apart, behind what `hash` is of.
+std::uint64_t Hash(const TomlValue& value, std::uint64_t hash);
 
 /// Throws BadScene, "name: line 3, column 7: ...".
 TomlValue ParseToml(std::string_view text, const std::string& name);

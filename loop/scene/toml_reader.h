@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "loop/scene/regular_file.h"
 #include "loop/scene/toml_document.h"
 #include "loop/scene/units.h"
 #include "model/lie.h"
@@ -44,9 +45,10 @@ inline constexpr int kMaxElements = 100000;
 /// What a whole scene shares while it is read.
 struct SceneContext {
   std::string name;
-  std::filesystem::path directory;      ///< of files that the scene names
-  const TomlValue* materials{nullptr};  ///< the table [materials]
-  std::set<std::string> known_keys;     ///< every key asked for, "arms.length"
+  std::filesystem::path directory;       ///< of files that the scene names
+  const TomlValue* materials{nullptr};   ///< the table [materials]
+  std::set<std::string> known_keys;      ///< every key asked for, "arms.length"
+  std::uint64_t files_hash{kEmptyHash};  ///< of the other files that the scene reads
 };
 
 class TomlReader {

@@ -1,13 +1,13 @@
-#include <exception>
-#include <iostream>
+#include <sstream>
+#include <string>
 
-#include "loop/scene/toml_document.h"
-#include "model/rod.h"
 #include "tools/mantle/commands.h"
 #include "tools/mantle/process.h"
+#include "tools/mantle/standard_output.h"
 
 int main(int argc, char** argv) {
   using namespace mantle::tools;
+  PrepareStandardStreams();
   UseOneBlasThread();
   CLI::App app{
       "Mantle: soft underwater vehicles, from the full model to motors on a bus.\n\n"
@@ -26,22 +26,17 @@ int main(int argc, char** argv) {
   AddLogCommand(app, exit_status);
   AddStudyCommand(app, exit_status);
   AddTuneCommand(app, exit_status);
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "mantle: " << error.what() << " (mantle --help lists the commands)\n";
-    return kExitBadInput;
-  } catch (const BadInput& error) {
-    std::cerr << "mantle: " << error.what() << "\n";
-    return kExitBadInput;
-  } catch (const mantle::scene::BadScene& error) {
-    std::cerr << "mantle: " << error.what() << "\n";
-    return kExitBadInput;
-  } catch (const std::exception& error) {
-    std::cerr << "mantle: " << error.what() << "\n";
-    return 1;
-  }
-  return exit_status;
+  return StatusOf([&] {
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::Success& help) {
+      std::ostringstream text, nothing;
+      app.exit(help, text, nothing);
+      PrintText(text.str());
+      return 0;
+    } catch (const CLI::ParseError& error) {
+      throw BadInput(std::string(error.what()) + " (mantle --help lists the commands)");
+    }
+    return exit_status;
+  });
 }
