@@ -1,10 +1,6 @@
-# find_package(mantle) gives mantle::model and mantle::firmware_sim; the program goes to bin/.
-include(CMakePackageConfigHelpers)
-install(EXPORT mantleTargets NAMESPACE mantle:: DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mantle)
-configure_package_config_file(cmake/mantleConfig.cmake.in ${CMAKE_BINARY_DIR}/mantleConfig.cmake
-  INSTALL_DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mantle)
-write_basic_package_version_file(${CMAKE_BINARY_DIR}/mantleConfigVersion.cmake
-  COMPATIBILITY SameMinorVersion)
-install(FILES ${CMAKE_BINARY_DIR}/mantleConfig.cmake ${CMAKE_BINARY_DIR}/mantleConfigVersion.cmake
-  DESTINATION ${CMAKE_INSTALL_LIBDIR}/cmake/mantle)
-install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/mantle/scenes)
+# What `cmake --install` puts where; the program and its modules are installed in tools/.
+mantle_install_package()
+install(FILES ${PROJECT_BINARY_DIR}/include/mantle/version.h
+  DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mantle/mantle COMPONENT development)
+install(DIRECTORY scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/mantle/scenes COMPONENT program)
+include(cmake/Debian.cmake)

@@ -1,6 +1,7 @@
 # mantle_library(model SOURCES ... PUBLIC ... PRIVATE ...) makes the target mantle_model, alias
 # mantle::model, whose headers are included as "model/name.h". FOLDER: where the headers are, unless
-# that is the name.
+# that is the name. HEADERS: the public ones, which are installed (default: all of the folder).
+# Each library is a component of the package (cmake/MantlePackage.cmake).
 
 add_library(mantle_flags INTERFACE)
 target_compile_options(mantle_flags INTERFACE -Wall -Wextra -Wconversion -Wno-sign-conversion
@@ -11,23 +12,28 @@ if(MANTLE_SANITIZE)
   target_link_options(mantle_flags INTERFACE -fsanitize=${MANTLE_SANITIZE})
 endif()
 
+# Every module there is; the program is built with them.
+add_custom_target(mantle_modules)
+
 function(mantle_library name)
-  cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;PUBLIC;PRIVATE" ${ARGN})
+  cmake_parse_arguments(ARG "" "FOLDER" "SOURCES;HEADERS;PUBLIC;PRIVATE" ${ARGN})
   if(NOT ARG_FOLDER)
     set(ARG_FOLDER ${name})
   endif()
   add_library(mantle_${name} STATIC ${ARG_SOURCES})
   add_library(mantle::${name} ALIAS mantle_${name})
-  set_target_properties(mantle_${name} PROPERTIES EXPORT_NAME ${name})
   target_include_directories(mantle_${name} PUBLIC
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/mantle>)
   target_compile_features(mantle_${name} PUBLIC cxx_std_20)
   target_link_libraries(mantle_${name} PUBLIC ${ARG_PUBLIC}
     PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:mantle_flags>)
-  install(TARGETS mantle_${name} EXPORT mantleTargets ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/
-    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mantle/${ARG_FOLDER} FILES_MATCHING PATTERN "*.h")
+  if(NOT ARG_HEADERS)
+    file(GLOB ARG_HEADERS CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}
+      ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/*.h)
+  endif()
+  mantle_component(${name} FOLDER ${ARG_FOLDER} HEADERS ${ARG_HEADERS}
+    USES ${ARG_PUBLIC} ${ARG_PRIVATE})
 endfunction()
 
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
@@ -45,4 +51,18 @@ function(mantle_test name)
   target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gtest_main mantle_flags)
   add_test(NAME ${name} COMMAND ${target})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+endfunction()
+
+# mantle_module(ipopt SOURCES ... LIBS ...): mantle_ipopt.so, which the program opens when it first
+# needs it (tools/mantle/module.h); beside the program under lib/mantle, built and installed alike.
+function(mantle_module name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
+  add_library(mantle_${name}_module MODULE ${ARG_SOURCES})
+  set_target_properties(mantle_${name}_module PROPERTIES
+    PREFIX "" OUTPUT_NAME mantle_${name} LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/mantle)
+  target_link_libraries(mantle_${name}_module PRIVATE ${ARG_LIBS} mantle_flags)
+  # What the module holds of Mantle's own libraries is its own copy, and nobody else's business.
+  target_link_options(mantle_${name}_module PRIVATE LINKER:--exclude-libs,ALL)
+  install(TARGETS mantle_${name}_module LIBRARY DESTINATION lib/mantle COMPONENT program)
+  add_dependencies(mantle_modules mantle_${name}_module)
 endfunction()

@@ -1,11 +1,11 @@
+#include "controller/ipopt_solver.h"
+
 #include <IpIpoptApplication.hpp>
 #include <IpSolveStatistics.hpp>
 #include <IpTNLP.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-
-#include "controller/program.h"
 
 namespace mantle::controller {
 namespace {
@@ -211,30 +211,6 @@ class IpoptSolver : public Solver {
 };
 
 }  // namespace
-
-std::string_view Words(SolveStatus status) {
-  switch (status) {
-    case SolveStatus::kSolved:
-      return "solved";
-    case SolveStatus::kAcceptable:
-      return "solved to the acceptable tolerance";
-    case SolveStatus::kIterationBudget:
-      return "stopped by the iteration budget";
-    case SolveStatus::kDeadline:
-      return "stopped by the deadline";
-    case SolveStatus::kInfeasible:
-      return "no feasible point near by";
-    case SolveStatus::kDiverging:
-      return "iterates diverge";
-    case SolveStatus::kTooSmallStep:
-      return "steps became too small";
-    case SolveStatus::kBadNumber:
-      return "a function was not finite";
-    case SolveStatus::kFailed:
-      break;
-  }
-  return "the solver failed";
-}
 
 std::unique_ptr<Solver> MakeIpoptSolver() { return std::make_unique<IpoptSolver>(); }
 

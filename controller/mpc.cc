@@ -42,7 +42,7 @@ Mpc::Mpc(const ReducedModel& model, const reduced::StepSettings& step,
       trial_(model, horizon_),
       history_(options.gait.period_s + options.period_s + 1.0),
       condensed_(model, horizon_, &cost_, options_),
-      solver_(MakeIpoptSolver()) {
+      solver_(MakeSolver()) {
   const int motors = model.input_count();
   deviation_.setZero(2 * model.velocity_count());
   moved_ = deviation_;
@@ -269,7 +269,7 @@ void Mpc::Count() {
       static_cast<std::size_t>(status_.iterations), counters_.iteration_histogram.size() - 1)];
 }
 
-std::string_view Words(Outcome outcome) {
+std::string_view ToString(Outcome outcome) {
   switch (outcome) {
     case Outcome::kSolved:
       return "solved";

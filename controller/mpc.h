@@ -27,7 +27,7 @@ enum class Outcome {
   kShifted,        ///< the shifted plan with its gains
   kSafe            ///< too many in a row: tensions decay to their lower limit
 };
-std::string_view Words(Outcome outcome);
+std::string_view ToString(Outcome outcome);
 
 struct MpcStatus {
   Outcome outcome{Outcome::kShifted};

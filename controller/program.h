@@ -54,7 +54,7 @@ enum class SolveStatus {
   kFailed,        ///< anything else
 };
 /// "solved", "stopped by the iteration budget", ...
-std::string_view Words(SolveStatus status);
+std::string_view ToString(SolveStatus status);
 
 struct SolveOptions {
   double tolerance{1e-4};
@@ -87,6 +87,16 @@ class Solver {
   virtual void Solve(Program& program, const SolveOptions& options, SolveResult* result) = 0;
 };
 
-std::unique_ptr<Solver> MakeIpoptSolver();
+/// Makes a solver; never returns null.
+using SolverFactory = std::unique_ptr<Solver> (*)();
+
+/// Which solver MakeSolver() gives from now on. Linking mantle::ipopt sets Ipopt before main; a
+/// program may set another, also one that loads its code at the first call. Not to be called while
+/// another thread makes solvers.
+void SetSolverFactory(SolverFactory factory);
+
+/// A solver of the factory that was set. Throws std::runtime_error where none was, and what the
+/// factory throws.
+std::unique_ptr<Solver> MakeSolver();
 
 }  // namespace mantle::controller

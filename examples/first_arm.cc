@@ -1,4 +1,7 @@
 // A clamped arm under its own weight in water, released: where is its tip after two seconds?
+//
+// Components: model
+// Prints: ^tip at .* after 2\.0 s
 
 #include <cstdio>
 

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "controller/gait.h"
+#include "controller/ipopt_solver.h"
 #include "controller/multiple_shooting.h"
 #include "tests/controller/control_scene.h"
 
@@ -145,7 +146,7 @@ TEST(Condensed, GainsMatchDifferencesOfResolves) {
     const auto solve = [&](const VectorX& by) {
       p.condensed.SetInitialDeviation(by);
       solver->Solve(p.condensed, options, &result);
-      EXPECT_TRUE(result.usable()) << Words(result.status);
+      EXPECT_TRUE(result.usable()) << ToString(result.status);
       return result.x;
     };
     const VectorX w = solve(p.NoMove());
@@ -188,7 +189,7 @@ TEST(Condensed, AgreesWithMultipleShooting) {
     p.condensed.Prepare(t, p.history, 1e-3);
     p.condensed.SetInitialDeviation(p.NoMove());
     solver->Solve(p.condensed, options, &result);
-    ASSERT_TRUE(result.usable()) << Words(result.status);
+    ASSERT_TRUE(result.usable()) << ToString(result.status);
     AddChange(p.horizon, result.x, &t.tensions);
     ASSERT_TRUE(p.world.propagator.Roll(p.horizon, true, &t).ok);
     if (result.x.cwiseAbs().maxCoeff() < 1e-7) break;
@@ -199,7 +200,7 @@ TEST(Condensed, AgreesWithMultipleShooting) {
   options.fast = false;
   SolveResult other;
   solver->Solve(sparse, options, &other);
-  ASSERT_TRUE(other.usable()) << Words(other.status);
+  ASSERT_TRUE(other.usable()) << ToString(other.status);
   Trajectory s = p.base;
   AddChange(p.horizon, other.x.head(sparse.decisions()), &s.tensions);
   ASSERT_TRUE(p.world.propagator.Roll(p.horizon, false, &s).ok);

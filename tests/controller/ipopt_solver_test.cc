@@ -3,7 +3,7 @@
 #include <cmath>
 #include <functional>
 
-#include "controller/program.h"
+#include "controller/ipopt_solver.h"
 
 namespace mantle::controller {
 namespace {
@@ -152,7 +152,7 @@ TEST(IpoptSolver, SolvesAQuadraticProgram) {
   Dense p = Nocedal();
   SolveResult r;
   MakeIpoptSolver()->Solve(p, Tight(), &r);
-  EXPECT_EQ(r.status, SolveStatus::kSolved) << Words(r.status);
+  EXPECT_EQ(r.status, SolveStatus::kSolved) << ToString(r.status);
   EXPECT_NEAR(r.x(0), 1.4, kSolution);
   EXPECT_NEAR(r.x(1), 1.7, kSolution);
   EXPECT_NEAR(r.objective, 0.8, kSolution);
@@ -168,7 +168,7 @@ TEST(IpoptSolver, SolvesHockSchittkowski71WithBothSetsOfOptions) {
     o.fast = fast;
     SolveResult r;
     MakeIpoptSolver()->Solve(p, o, &r);
-    EXPECT_EQ(r.status, SolveStatus::kSolved) << Words(r.status);
+    EXPECT_EQ(r.status, SolveStatus::kSolved) << ToString(r.status);
     EXPECT_LT((r.x - published).cwiseAbs().maxCoeff(), kSolution);
     EXPECT_NEAR(r.objective, 17.0140173, kSolution);
   }
@@ -196,7 +196,7 @@ TEST(IpoptSolver, StopsAtTheIterationBudget) {
   SolveResult r;
   MakeIpoptSolver()->Solve(p, o, &r);
   EXPECT_EQ(r.status, SolveStatus::kIterationBudget);
-  EXPECT_EQ(Words(r.status), "stopped by the iteration budget");
+  EXPECT_EQ(ToString(r.status), "stopped by the iteration budget");
   EXPECT_EQ(r.iterations, 2);
   EXPECT_TRUE(r.x.allFinite());
   EXPECT_FALSE(r.usable());
@@ -211,7 +211,7 @@ TEST(IpoptSolver, StopsAtADeadlineThatHasPassed) {
   SolveResult r;
   MakeIpoptSolver()->Solve(p, o, &r);
   EXPECT_EQ(r.status, SolveStatus::kDeadline);
-  EXPECT_EQ(Words(r.status), "stopped by the deadline");
+  EXPECT_EQ(ToString(r.status), "stopped by the deadline");
   EXPECT_EQ(r.iterations, 0);
   EXPECT_FALSE(r.usable());
 }
@@ -229,8 +229,8 @@ TEST(IpoptSolver, SaysThatAProgramIsInfeasible) {
   };
   SolveResult r;
   MakeIpoptSolver()->Solve(p, Tight(), &r);
-  EXPECT_EQ(r.status, SolveStatus::kInfeasible) << Words(r.status);
-  EXPECT_EQ(Words(SolveStatus::kInfeasible), "no feasible point near by");
+  EXPECT_EQ(r.status, SolveStatus::kInfeasible) << ToString(r.status);
+  EXPECT_EQ(ToString(SolveStatus::kInfeasible), "no feasible point near by");
   EXPECT_TRUE(r.x.allFinite());
 }
 
@@ -245,11 +245,11 @@ TEST(IpoptSolver, SaysThatAFunctionIsNotFinite) {
     };
     SolveResult r;
     MakeIpoptSolver()->Solve(p, Tight(), &r);
-    EXPECT_FALSE(r.usable()) << Words(r.status);
+    EXPECT_FALSE(r.usable()) << ToString(r.status);
     EXPECT_TRUE(r.x.allFinite());
     if (throughout) {
-      EXPECT_EQ(r.status, SolveStatus::kBadNumber) << Words(r.status);
-      EXPECT_EQ(Words(r.status), "a function was not finite");
+      EXPECT_EQ(r.status, SolveStatus::kBadNumber) << ToString(r.status);
+      EXPECT_EQ(ToString(r.status), "a function was not finite");
     }
   }
 }
@@ -264,7 +264,7 @@ TEST(IpoptSolver, SaysThatIteratesDivergeOrTheBudgetEndsOnAnUnboundedProgram) {
   SolveResult r;
   MakeIpoptSolver()->Solve(p, Tight(), &r);
   EXPECT_TRUE(r.status == SolveStatus::kDiverging || r.status == SolveStatus::kIterationBudget)
-      << Words(r.status);
+      << ToString(r.status);
 }
 
 TEST(IpoptSolver, WhatWasSolvedBeforeLeavesNoTrace) {

@@ -73,7 +73,7 @@ struct Loop {
   void Turn(const ReducedState& seen, bool known = true, std::int64_t deadline_ns = 0) {
     const ReducedState* estimate = known ? &seen : nullptr;
     controller->Update(state.time_s, estimate, command, deadline_ns);
-    EXPECT_FALSE(Words(status().outcome).empty());
+    EXPECT_FALSE(ToString(status().outcome).empty());
     CheckPlan();
     for (int i = 5; i > 0; --i) {
       before = command;
@@ -108,8 +108,8 @@ TEST(Mpc, SolvesEveryPeriodAndReportsSmallResiduals) {
   for (int i = 0; i < 15; ++i) {
     loop.Turns(1);
     const MpcStatus& s = loop.status();
-    EXPECT_EQ(s.outcome, Outcome::kSolved) << Words(s.solver);
-    EXPECT_EQ(Words(s.outcome), "solved");
+    EXPECT_EQ(s.outcome, Outcome::kSolved) << ToString(s.solver);
+    EXPECT_EQ(ToString(s.outcome), "solved");
     EXPECT_EQ(s.cause, nullptr);
     // Tolerance 1e-4 of Ipopt, over a hundred where it stopped at the acceptable one.
     for (double r : {s.stationarity, s.infeasibility, s.complementarity}) EXPECT_LT(r, 1e-2);
@@ -134,7 +134,7 @@ TEST(Mpc, StartsOutsideBoundsAndComesBackWithinThem) {
   loop.command(2) = -0.3;
   for (int i = 0; i < 5; ++i) {
     loop.Turns(1);
-    EXPECT_LE(loop.status().outcome, Outcome::kStoppedBetter) << Words(loop.status().solver);
+    EXPECT_LE(loop.status().outcome, Outcome::kStoppedBetter) << ToString(loop.status().solver);
     for (Eigen::Index m = 0; m < loop.command.size(); ++m) {
       EXPECT_LE(loop.command(m), loop.options.motors[m].max_tension_n);
       EXPECT_GE(loop.command(m), loop.options.motors[m].min_tension_n);
@@ -183,7 +183,7 @@ TEST_P(Blind, FallsBackToTheShiftedPlanThenDecaysThenRecovers) {
   for (int i = 0; i < 5; ++i) {
     loop.Turn(nothing);
     EXPECT_EQ(loop.status().outcome, Outcome::kShifted);
-    EXPECT_EQ(Words(loop.status().outcome), "shifted plan");
+    EXPECT_EQ(ToString(loop.status().outcome), "shifted plan");
     ASSERT_NE(loop.status().cause, nullptr);
     EXPECT_STREQ(loop.status().cause, "the measured state is not finite");
     // What was planned is what is pulled.
@@ -194,7 +194,7 @@ TEST_P(Blind, FallsBackToTheShiftedPlanThenDecaysThenRecovers) {
     const double most = loop.command.maxCoeff();
     loop.Turn(nothing, i % 2 == 0);  // NaN, or nothing at all
     EXPECT_EQ(loop.status().outcome, Outcome::kSafe);
-    EXPECT_EQ(Words(loop.status().outcome), "tensions decay");
+    EXPECT_EQ(ToString(loop.status().outcome), "tensions decay");
     EXPECT_LE(loop.command.maxCoeff(), most + kRoundOff_n);
   }
   EXPECT_LT(loop.command.maxCoeff(), 1e-3) << "0.6 s of a decay of 0.5 s";
@@ -240,7 +240,7 @@ TEST(Mpc, ASolverThatFailsLeavesTheGaitThenDecays) {
   for (int i = 0; i < 5; ++i) {
     loop.Turns(1);
     EXPECT_EQ(loop.status().outcome, Outcome::kShifted);
-    EXPECT_EQ(loop.status().solver, SolveStatus::kBadNumber) << Words(loop.status().solver);
+    EXPECT_EQ(loop.status().solver, SolveStatus::kBadNumber) << ToString(loop.status().solver);
   }
   loop.Turns(40);
   EXPECT_EQ(loop.status().outcome, Outcome::kSafe);

@@ -147,7 +147,7 @@ TEST(BadInput, WhatIsNoRegularFileIsRefusedAtOnce) {
            {"check -", "-: cannot be read: standard input is not taken: must be a file"},
            {"check .", ".: cannot be read: is no regular file"},
            {"check base.toml", "fifo: cannot be read: is no regular file"},
-           {"check big.toml", "big.toml: cannot be read: 67108865 bytes, must be at most 16777216"},
+           {"check big.toml", "big.toml: cannot be read: 67108865 bytes, must be at most 67108864"},
            {"run fifo --out out", "fifo: cannot be read: is no regular file"},
            {"static /dev/zero --out out", "/dev/zero: cannot be read: is no regular file"},
            {"compare fifo --out out", "fifo: cannot be read: is no regular file"},
@@ -161,7 +161,7 @@ TEST(BadInput, WhatIsNoRegularFileIsRefusedAtOnce) {
            {"bus play /dev/zero" + bus, "log file '/dev/zero' cannot be read: is no regular file"},
            {"check " + Scene("paper") +
                 " --set 'mantle.strips.muscle.pressure={type=\"table\", file=\"/dev/zero\"}'",
-            "pressure.file: cannot be read: is no regular file"},
+            "/dev/zero: cannot be read: is no regular file"},
        }) {
     const Outcome outcome = Mantle(folder, arguments);
     EXPECT_EQ(outcome.status, kBadInput) << arguments;

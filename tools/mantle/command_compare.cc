@@ -15,7 +15,7 @@ namespace mantle::tools {
 namespace {
 
 constexpr const char* kHelp =
-    "Run a scene with the full and with the reduced model and compare them (docs/reduced.md).\n\n"
+    "Run a scene with the full and the reduced model and compare them (docs/reduced.md).\n\n"
     "  mantle compare scenes/paper.toml --out results\n"
     "  mantle compare scenes/paper.toml --set reduced.segments=3 --set reduced.strains=six\n\n"
     "Writes summary.json (fields reduced_error_*, lengths relative to the body length), full.csv\n"

@@ -205,7 +205,7 @@ class ControlJob {
     lcm_->Write(PlanMessage(loop_->reduced(), step, options_.real_time));
     if (!solver_) return;
     solver_->Write(fmt::format("{},{:.4f},{:.4f},{},{},\"{}\"\n", step.time_s, 1e3 * s.prepare_s,
-                               1e3 * s.solve_s, s.iterations, s.cost, Words(s.outcome)));
+                               1e3 * s.solve_s, s.iterations, s.cost, ToString(s.outcome)));
   }
 
   int Conclude(const loop::LoopResult& result, bool locked) {

@@ -83,10 +83,10 @@ Json SolverJson(const loop::LoopResult& r) {
   using controller::Outcome;
   Json j;
   j["plans"] = c.solves;
-  j["outcomes"] = {{Words(Outcome::kSolved), c.solved},
-                   {Words(Outcome::kStoppedBetter), c.stopped_better},
-                   {Words(Outcome::kShifted), c.shifted},
-                   {Words(Outcome::kSafe), c.safe}};
+  j["outcomes"] = {{ToString(Outcome::kSolved), c.solved},
+                   {ToString(Outcome::kStoppedBetter), c.stopped_better},
+                   {ToString(Outcome::kShifted), c.shifted},
+                   {ToString(Outcome::kSafe), c.safe}};
   j["deadline_misses"] = c.deadline_misses;
   j["fallbacks"] = c.shifted + c.safe;
   j["bad_states"] = c.bad_states;

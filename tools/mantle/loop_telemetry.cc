@@ -75,7 +75,7 @@ PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopSt
     }
   }
   m.cost = status.cost;
-  m.status = Words(status.outcome);
+  m.status = ToString(status.outcome);
   if (real_time) m.solve_time_us = TelemetryTime(status.prepare_s + status.solve_s);
   return m;
 }
@@ -133,13 +133,13 @@ StatusTelemetry StatusMessage(const std::string& controller, const loop::LoopSte
   if (step.mpc == nullptr) return m;
   const controller::MpcStatus& status = step.mpc->status();
   const controller::MpcCounters& counters = step.mpc->counters();
-  m.solver_status = Words(status.solver);
+  m.solver_status = ToString(status.solver);
   m.solves = static_cast<std::int64_t>(counters.solves);
   m.iterations = iterations;
   m.misses = static_cast<std::int64_t>(counters.deadline_misses);
   m.fallbacks = static_cast<std::int64_t>(counters.shifted + counters.safe);
   m.safe_decays = static_cast<std::int64_t>(counters.safe);
-  m.text += fmt::format("; {}", Words(status.outcome));
+  m.text += fmt::format("; {}", ToString(status.outcome));
   if (status.cause != nullptr) m.text += fmt::format(": {}", status.cause);
   return m;
 }

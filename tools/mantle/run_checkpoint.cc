@@ -4,6 +4,7 @@
 
 #include <sstream>
 
+#include "mantle/version.h"
 #include "tools/mantle/bad_input.h"
 #include "tools/mantle/output_folder.h"
 
@@ -19,7 +20,7 @@ BadInput BadCheckpoint(const std::filesystem::path& file, const std::string& why
 }
 
 std::string FirstLine(std::string_view body) {
-  return fmt::format("{} {} {:016x} {}\n", kMagic, MANTLE_VERSION, scene::Hash(body), body.size());
+  return fmt::format("{} {} {:016x} {}\n", kMagic, kVersion, scene::Hash(body), body.size());
 }
 
 std::string ReadWhole(const std::filesystem::path& file) {
@@ -56,10 +57,10 @@ RunCheckpoint ReadCheckpoint(const std::filesystem::path& file, std::uint64_t fi
   words >> magic >> version;
   // The line is compared as text, so that it may not be written in another way either.
   if (line != FirstLine(body)) {
-    throw BadCheckpoint(file, magic == kMagic && version != MANTLE_VERSION
+    throw BadCheckpoint(file, magic == kMagic && version != kVersion
                                   ? fmt::format("is of version {} of the program, must be {}; or "
                                                 "it is damaged",
-                                                version, MANTLE_VERSION)
+                                                version, kVersion)
                                   : "is not a checkpoint, or damaged");
   }
   RunCheckpoint c;

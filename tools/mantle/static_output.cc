@@ -4,6 +4,7 @@
 
 #include <iterator>
 
+#include "mantle/version.h"
 #include "model/schedule.h"
 #include "tools/mantle/trajectory.h"
 
@@ -67,7 +68,7 @@ Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsR
                    double wall_time_s, const std::vector<std::string>& overrides) {
   Json j;
   j["scene"] = scene.name;
-  j["mantle_version"] = MANTLE_VERSION;
+  j["mantle_version"] = kVersion;
   j["complete"] = r.ok;
   if (!r.ok) j["reason"] = r.reason;
   j["wall_time_s"] = wall_time_s;

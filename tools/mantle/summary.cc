@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "mantle/version.h"
 #include "tools/mantle/trajectory.h"
 
 namespace mantle::tools {
@@ -153,7 +154,7 @@ Json RunSummary(const RunReport& report) {
   const Plant& plant = *report.plant;
   Json j;
   j["scene"] = report.scene->name;
-  j["mantle_version"] = MANTLE_VERSION;
+  j["mantle_version"] = kVersion;
   j["complete"] = report.complete;
   if (!report.complete) j["reason"] = report.reason;
   j["sim_time_s"] = r.sim_time_s;

@@ -1,0 +1,66 @@
+# Debian packages (tools/package): mantle, the program; libmantle-dev, libraries and headers.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME mantle)
+set(CPACK_PACKAGE_VENDOR "The Mantle authors")
+set(CPACK_PACKAGE_CONTACT "The Mantle authors <mantle@localhost.localdomain>")
+set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_ALL program development)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_ENABLE_COMPONENT_DEPENDS OFF)
+set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/cmake/StripArchives.cmake)
+
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_NAME mantle)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
+set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "control and simulation of soft underwater vehicles
+Simulates soft robots that swim (geometrically exact arms, an axisymmetric
+shell, a rigid core, the water's loads), their motor drives on a CAN bus, and
+the model-predictive controller that steers them through it.")
+
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libmantle-dev)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "mantle (= ${PROJECT_VERSION}), libeigen3-dev, libfmt-dev, \
+libsundials-dev, libtomlplusplus-dev, coinor-libipopt-dev, liblcm-dev, liblcm-bin, pkg-config | pkgconf")
+set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "libraries for soft underwater vehicles
+Static libraries and headers of Mantle: the full model, the reduced model, the
+controller, CAN buses, drives and their master. With a CMake package.")
+
+# What Debian wants in /usr/share/doc, made from LICENSE and CHANGELOG.md.
+file(READ LICENSE license)
+string(REGEX REPLACE "\n\n" "\n.\n" license "${license}")
+string(REGEX REPLACE "(^|\n)([^\n])" "\\1 \\2" license "${license}")
+file(WRITE ${PROJECT_BINARY_DIR}/debian/copyright
+"Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/
+Upstream-Name: Mantle
+
+Files: *
+Copyright: 2026 The Mantle authors
+License: BSD-3-Clause
+
+License: BSD-3-Clause
+${license}")
+file(READ CHANGELOG.md changes)
+string(REGEX REPLACE "^.*\n## [^\n]*\n+" "" changes "${changes}")
+string(REGEX REPLACE "(^|\n)- " "\\1  * " changes "${changes}")
+file(WRITE ${PROJECT_BINARY_DIR}/debian/changelog "mantle (${PROJECT_VERSION}) unstable; urgency=medium
+
+${changes}
+ -- The Mantle authors <mantle@localhost.localdomain>  Sun, 01 Nov 2026 12:00:00 +0000
+")
+execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/debian/changelog COMMAND_ERROR_IS_FATAL ANY)
+set(doc ${CMAKE_INSTALL_DATADIR}/doc)
+foreach(pair IN ITEMS mantle:program libmantle-dev:development)
+  string(REPLACE ":" ";" pair ${pair})
+  list(GET pair 0 package)
+  list(GET pair 1 component)
+  install(FILES ${PROJECT_BINARY_DIR}/debian/copyright ${PROJECT_BINARY_DIR}/debian/changelog.gz
+    DESTINATION ${doc}/${package} COMPONENT ${component})
+endforeach()
+install(FILES THIRD_PARTY_NOTICES CITATION.cff DESTINATION ${doc}/mantle COMPONENT program)
+include(CPack)
