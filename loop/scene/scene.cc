@@ -66,6 +66,7 @@ Scene ParseScene(std::string_view toml, const std::string& name,
   Describe(reader, scene);
   reader.Finish();
   scene.text = WriteToml(filled);
+  scene.fingerprint = Hash(scene.text, context.files_hash);
   scene.files = std::move(context.files);
   return scene;
 }

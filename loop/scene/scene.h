@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -41,6 +42,9 @@ struct Scene {
   /// key stays absent.
   std::string text;
   std::vector<std::filesystem::path> files;  ///< that it extends or names, and that were read
+  /// Of `text` and of what the files that it names hold: scenes that run differently have different
+  /// ones; comments and layout do not count.
+  std::uint64_t fingerprint{0};
 };
 
 /// Reads a file; `overrides` ("time.step=0.005") are applied before anything is checked, one of

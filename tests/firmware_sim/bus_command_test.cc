@@ -61,7 +61,7 @@ TEST(BusCommand, BadInputIsStatusTwoAndOneLineWithValueAndBound) {
            {"monitor --bus udp:239.74.163.2:43113@lo --duration -3",
             "mantle bus monitor: --duration is -3 s, must be 0 or more\n"},
            {"play /nonexistent.log --bus udp:239.74.163.2:43113@lo",
-            "mantle bus play: log file '/nonexistent.log' cannot be read\n"},
+            "mantle bus play: log file '/nonexistent.log' cannot be read: no such file\n"},
        }) {
     const Outcome outcome = MantleBus(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments;

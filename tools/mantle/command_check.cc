@@ -11,6 +11,7 @@
 #include "tools/mantle/json_schema.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
 #include "tools/mantle/trajectory.h"
 
@@ -133,39 +134,37 @@ std::string Joined(const Json& names) {
 
 void PrintReport(const Json& j, const scene::Scene& scene) {
   const Json& s = j["settings"];
-  fmt::print("{}: {}\n", j["scene"].get<std::string>(),
-             scene.description.empty() ? "ok" : scene.description);
-  fmt::print("  root      {}, {} coupling\n", j["root"].get<std::string>(),
-             s["coupling"].get<std::string>());
+  Print("{}: {}\n", j["scene"].get<std::string>(),
+        scene.description.empty() ? "ok" : scene.description);
+  Print("  root      {}, {} coupling\n", j["root"].get<std::string>(),
+        s["coupling"].get<std::string>());
   std::vector<std::string> bodies;
   for (const auto& [name, count] : s["elements"].items()) {
     bodies.push_back(fmt::format("{} ({} elements)", name, count.get<int>()));
   }
   if (!j["rigid_body"].is_null()) bodies.push_back(j["rigid_body"].get<std::string>() + " (rigid)");
-  fmt::print("  bodies    {}\n", fmt::join(bodies, ", "));
-  fmt::print("  effects   {}\n", Joined(s["effects"]));
-  fmt::print("  loads     {}\n", Joined(j["loads"]));
-  fmt::print("  cables    {}\n", Joined(j["cables"]));
-  fmt::print("  unknowns  {}\n", s["unknowns"].get<int>());
+  Print("  bodies    {}\n", fmt::join(bodies, ", "));
+  Print("  effects   {}\n", Joined(s["effects"]));
+  Print("  loads     {}\n", Joined(j["loads"]));
+  Print("  cables    {}\n", Joined(j["cables"]));
+  Print("  unknowns  {}\n", s["unknowns"].get<int>());
   if (scene.has_statics) {
-    fmt::print("  statics   {}\n", scene.statics.arc_length
-                                       ? "arc length"
-                                       : fmt::format("{} load steps", scene.statics.load_steps));
+    Print("  statics   {}\n", scene.statics.arc_length
+                                  ? "arc length"
+                                  : fmt::format("{} load steps", scene.statics.load_steps));
   }
   if (!scene.has_time) return;
-  fmt::print("  time      {} s with {}, step {} s, {} stage{} a step\n",
-             s["duration_s"].get<double>(), s["integrator"].get<std::string>(),
-             s["step_s"].get<double>(), j["stages"].get<int>(),
-             j["stages"].get<int>() == 1 ? "" : "s");
+  Print("  time      {} s with {}, step {} s, {} stage{} a step\n", s["duration_s"].get<double>(),
+        s["integrator"].get<std::string>(), s["step_s"].get<double>(), j["stages"].get<int>(),
+        j["stages"].get<int>() == 1 ? "" : "s");
   if (!j["explicit_step_limit_s"].is_null()) {
-    fmt::print("  stability explicit steps up to {:.3g} s\n",
-               j["explicit_step_limit_s"].get<double>());
+    Print("  stability explicit steps up to {:.3g} s\n", j["explicit_step_limit_s"].get<double>());
   }
   if (!j["failure"].is_null()) {
-    fmt::print("  warning   a trial run stopped: {}\n", j["failure"].get<std::string>());
+    Print("  warning   a trial run stopped: {}\n", j["failure"].get<std::string>());
   }
   if (j["us_per_step"].get<double>() > 0) {
-    fmt::print(
+    Print(
         "  cost      {:.0f} us a step (measured, {:.1f} Newton iterations), whole run about {} "
         "({:.1f}x real time)\n",
         j["us_per_step"].get<double>(), j["newton_iterations_per_step"].get<double>(),
@@ -183,13 +182,13 @@ struct CheckOptions {
 
 int Execute(const CheckOptions& options) {
   if (options.json_schema) {
-    fmt::print("{}\n", JsonSchema(scene::SceneCatalogue()).dump(2));
+    PrintText(Dump(JsonSchema(scene::SceneCatalogue())));
     return 0;
   }
   if (!options.page.empty()) {
     const std::string page = scene::ReadTextFile(options.page);
     try {
-      fmt::print("{}", scene::WithKeyTables(scene::SceneCatalogue(), page));
+      PrintText(scene::WithKeyTables(scene::SceneCatalogue(), page));
     } catch (const std::invalid_argument& error) {
       throw BadInput(options.page + ": " + error.what());
     }
@@ -201,13 +200,13 @@ int Execute(const CheckOptions& options) {
   const scene::Scene scene = options.scene.Load();
   DemandRunnable(options.scene, scene, options.choice);
   if (options.write) {
-    fmt::print("{}", scene.text);
+    PrintText(scene.text);
     return 0;
   }
   const model::Plant plant = BuildPlant(options.scene, scene);
   const Json report = CheckReport(options.scene, scene, plant);
   if (options.scene.json) {
-    fmt::print("{}\n", report.dump(2));
+    PrintText(Dump(report));
   } else {
     PrintReport(report, scene);
   }
