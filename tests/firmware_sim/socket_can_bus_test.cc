@@ -7,6 +7,7 @@
 #include <system_error>
 
 #include "firmware_sim/bus/candump_log.h"
+#include "tests/firmware_sim/bus_properties.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/vcan.h"
 
@@ -180,5 +181,24 @@ TEST_F(SocketCanBusTest, FdFramesAreHiddenFromUs) {
   EXPECT_EQ(Ids(DrainUntil(*bus, 1)), (std::vector<std::uint32_t>{0x124}));
 }
 
+class VcanWire : public test::Wire {
+ public:
+  Bus& a() override { return *a_; }
+  Bus& b() override { return *b_; }
+
+ private:
+  std::unique_ptr<Bus> a_{OpenSocketCanBus("vcan0")}, b_{OpenSocketCanBus("vcan0")};
+};
+
 }  // namespace
+
+namespace test {
+
+INSTANTIATE_TEST_SUITE_P(SocketCan, BusProperties,
+                         ::testing::Values(BusCase{
+                             "Vcan",
+                             [] { return std::unique_ptr<Wire>(std::make_unique<VcanWire>()); }}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace test
 }  // namespace mantle::firmware_sim

@@ -15,6 +15,7 @@ namespace {
 using firmware_sim::CanFrame;
 
 const std::string kSteer = "run " + Scene("steer") + " --set time.duration=11";
+constexpr double kTolerance_m = 0.0266;  // 5 % of body length, the scene's
 constexpr std::size_t kPeriods = 1100, kFramesPerPeriod = 1 + 5;  // SYNC, five drives' RPDOs
 
 std::vector<CanFrame> ReadLog(const std::filesystem::path& path) {
@@ -61,6 +62,9 @@ TEST(VcanClosedLoop, EveryCommandFrameHasTheBitsOfTheInProcessRun) {
   }
   EXPECT_EQ(ReadFile(folder / "vcan.log"), ReadFile(folder / "loop.log"));
   EXPECT_EQ(ReadFile(folder / "vcan/trajectory.csv"), ReadFile(folder / "loop/trajectory.csv"));
+  const auto waypoint = ReadJson(folder / "vcan/summary.json")["control"]["waypoints"][0];
+  EXPECT_TRUE(waypoint["passed"].get<bool>());
+  EXPECT_LT(waypoint["distance_m"].get<double>(), kTolerance_m);
   EXPECT_EQ(ReadFile(folder / "vcan/telemetry.lcmlog"), ReadFile(folder / "loop/telemetry.lcmlog"));
 }
 
