@@ -73,28 +73,7 @@ VehicleOptions VehicleOf(const ClosedLoopOptions& options) {
 
 model::Robot PlantRobot(const scene::Scene& scene) {
   model::Robot robot = scene.robot;
-  const Mismatch& m = scene.mismatch;
-  for (model::Arm& arm : robot.arms) {
-    arm.material.young_pa *= m.young;
-    arm.material.viscosity_pa_s *= m.viscosity;
-    if (arm.stiffness) *arm.stiffness *= m.young;
-    if (arm.viscosity) *arm.viscosity *= m.viscosity;
-    arm.drag_coefficients *= m.drag;
-    arm.added_mass_coefficient *= m.added_mass;
-  }
-  if (robot.mantle) {
-    robot.mantle->material.young_pa *= m.young;
-    robot.mantle->material.viscosity_pa_s *= m.viscosity;
-    robot.mantle->drag_coefficient *= m.drag;
-    robot.mantle->added_mass_coefficient *= m.added_mass;
-    robot.mantle->nozzle_radius_m /= std::sqrt(m.jet);  // thrust goes with 1 / A_n
-  }
-  if (robot.effects.lateral_drag) robot.effects.lateral_drag->coefficient *= m.drag;
-  if (robot.effects.roll_drag) robot.effects.roll_drag->coefficient_n_m_s2 *= m.drag;
-  if (robot.effects.rigid_drag) {
-    robot.effects.rigid_drag->lateral_coefficient *= m.drag;
-    robot.effects.rigid_drag->axial_coefficient *= m.drag;
-  }
+  robot.mismatch = scene.mismatch;
   return robot;
 }
 

@@ -2,6 +2,8 @@
 
 #include <string>
 
+#include "model/robot.h"
+
 /// What a scene says of the drives and of how the plant differs from the controller's model: the
 /// tables [drives] and [mismatch].
 
@@ -16,12 +18,6 @@ struct DriveOptions {
 };
 
 /// Factors on the plant's parameters that the controller does not know.
-struct Mismatch {
-  double young{1}, viscosity{1}, drag{1}, added_mass{1}, jet{1};
-
-  bool none() const {
-    return young == 1 && viscosity == 1 && drag == 1 && added_mass == 1 && jet == 1;
-  }
-};
+using Mismatch = model::Mismatch;
 
 }  // namespace mantle::loop

@@ -2,27 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-
-#include "model/mantle_loads.h"
-#include "model/rigid_body.h"
 
 namespace mantle::model {
-namespace {
-
-constexpr const char* kWeight = "weight";
-constexpr const char* kBuoyancy = "buoyancy";
-
-// Visits (gravity density factor, name) of the two gravity effects a scene names.
-template <typename Visit>
-void ForEachGravity(const Effects& effects, double body_density, double water_density,
-                    Visit visit) {
-  if (effects.weight) visit(body_density);
-  if (effects.buoyancy) visit(-water_density);
-}
-
-}  // namespace
-
 Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
   Energies e;
   const Vector6 root = state.velocity.head<6>();
@@ -78,189 +59,113 @@ Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const Pla
   return e;
 }
 
-EnergyAccount::EnergyAccount(const Plant& plant) : scratch_(VectorX::Zero(plant.velocity_size())) {
-  const Effects& effects = plant.robot.effects;
-  if (effects.weight) names_.push_back(kWeight);
-  if (effects.buoyancy) names_.push_back(kBuoyancy);
-  for (const Rod& rod : plant.rods) {
-    if (effects.drag) names_.push_back("drag." + rod.name);
-    for (const auto& d : rod.distributed)
-      names_.push_back("distributed." + rod.name + "." + d.name);
-    for (const auto& p : rod.points) names_.push_back("point." + rod.name + "." + p.load.name);
-    for (const auto& c : rod.cables) names_.push_back("cable." + rod.name + "." + c.name);
-  }
-  if (plant.shell) {
-    const std::string& name = plant.shell->name;
-    for (const auto& s : plant.shell->strips)
-      names_.push_back("strip." + name + "." + s.strip.name);
-    for (const auto& s : plant.shell->spokes)
-      names_.push_back("cable." + name + "." + s.strip.name);
-    if (effects.normal_pressure) names_.push_back("normal_pressure");
-    if (effects.jet_thrust) names_.push_back("jet_thrust");
-    if (effects.drag) names_.push_back("drag." + name);
-    if (effects.lateral_drag) names_.push_back("lateral_drag");
-    if (effects.contained_water) names_.push_back("contained_water");
-  }
-  if (effects.roll_drag) names_.push_back("roll_drag");
-  if (effects.rigid_drag) names_.push_back("rigid_drag");
-  if (!plant.root_free()) names_.push_back("root_constraint");
+EnergyAccount::EnergyAccount(const Plant& plant)
+    : names_(plant.power_names.names()), scratch_(VectorX::Zero(plant.velocity_size())) {
   power_.assign(names_.size(), 0.0);
   work_ = pending_ = power_;
+}
+
+void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& state,
+                                 const PlantInputs& inputs, const PlantWork& work,
+                                 int first_distributed, int first_point) {
+  const Rod& rod = plant.rods[a];
+  const Vector6 root = state.velocity.head<6>();
+  for (int i = 0; i <= rod.element_count(); ++i) {
+    const Pose& g = state.pose[plant.ArmPose(a, i)];
+    SectionMotion motion{g.rotation, work.twist[a][i]};
+    if (!plant.exact()) {
+      motion.rotation = state.pose[0].rotation * g.rotation;
+      motion.twist += AdjointInverseTimes(g, root);
+    }
+    const RodNode& node = rod.nodes[i];
+    for (const SectionLoad& load : rod.loads) {
+      const double scale = FieldScale(load, inputs.gravity_scale) * node.weight_m;
+      std::visit(
+          [&](const auto& l) {
+            l.AddPower(node.section, motion, motion.twist, scale, power_.data());
+          },
+          load);
+    }
+    for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
+      const double amplitude = inputs.distributed[first_distributed + k];
+      if (amplitude == 0.0) continue;
+      // An internal one works on the section's motion relative to the root.
+      Vector6 twist = motion.twist;
+      if (plant.exact() && IsInternal(rod.distributed[k].load)) {
+        twist -= AdjointInverseTimes(Inverse(state.pose[0]) * g, root);
+      }
+      power_[rod.distributed[k].power_place] +=
+          node.weight_m * amplitude *
+          rod.distributed[k].load.Density(node.section, motion).dot(twist);
+    }
+    for (std::size_t k = 0; k < rod.points.size(); ++k) {
+      if (rod.points[k].node != i) continue;
+      power_[rod.points[k].power_place] +=
+          WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
+                          rod.points[k].load.frame, motion.rotation)
+              .dot(motion.twist);
+    }
+  }
+  for (std::size_t c = 0; c < rod.cables.size(); ++c) {
+    const int index = plant.ArmCableIndex(a, static_cast<int>(c));
+    power_[rod.cables[c].power_place] -= work.cable_tension_n[index] * work.cable_rate_m_s[index];
+  }
+  for (int i = 0; i < rod.element_count(); ++i) {
+    const RodElement& e = rod.elements[i];
+    const Vector6 rate = work.rod[a][i].StrainRate(e);
+    const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
+    stress_power_arms_ += e.length * strain.dot(e.stiffness.cwiseProduct(rate));
+    dissipation_ += e.length * rate.dot(e.viscosity.cwiseProduct(rate));
+  }
+}
+
+void EnergyAccount::AddMantlePowers(const Plant& plant, const PlantState& state,
+                                    const PlantInputs& inputs, const PlantWork& work) {
+  const Shell& shell = *plant.shell;
+  const ShellMotion motion = MantleMotionOf(plant, state, inputs, work);
+  for (std::size_t k = 0; k < shell.strips.size(); ++k) {
+    const ShellStrip& s = shell.strips[k];
+    for (int j = 0; j < shell.node_count(); ++j) {
+      power_[s.power_place] -= inputs.strips_pa[k] * s.strip.area_m2[j] * motion.rate(j)(0);
+    }
+  }
+  for (std::size_t k = 0; k < shell.spokes.size(); ++k) {
+    const int index = plant.SpokeIndex(static_cast<int>(k));
+    power_[shell.spokes[k].power_place] -= work.cable_tension_n[index] * work.cable_rate_m_s[index];
+  }
+  for (const MantleLoad& load : plant.mantle_loads) {
+    std::visit([&](const auto& l) { l.AddPower(motion, motion.root.twist, power_.data()); }, load);
+  }
+  for (int i = 0; i < shell.element_count(); ++i) {
+    stress_power_mantle_ += ShellElementStressPower(shell.elements[i], work.shell[i]);
+    dissipation_ += ShellElementDissipation(shell.elements[i], work.shell[i]);
+  }
 }
 
 void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
                                    const PlantInputs& inputs, const PlantWork& work,
                                    const VectorX& acceleration) {
-  const Effects& effects = plant.robot.effects;
-  const double rho = plant.robot.water.density_kg_m3;
   const Vector6 root = state.velocity.head<6>();
-  const Vector3 g_root =
-      inputs.gravity_scale * (state.pose[0].rotation.conjugate() * effects.gravity_m_s2);
   std::fill(power_.begin(), power_.end(), 0.0);
   dissipation_ = stress_power_arms_ = stress_power_mantle_ = 0;
-
-  const std::size_t gravity_at = 0;
-  std::size_t at = (effects.weight ? 1 : 0) + (effects.buoyancy ? 1 : 0);
-  std::size_t distributed = 0, point = 0;
+  int distributed = 0, point = 0;
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
-    const Rod& rod = plant.rods[a];
-    const std::size_t drag_at = at;
-    const std::size_t distributed_at = drag_at + (effects.drag ? 1 : 0);
-    const std::size_t point_at = distributed_at + rod.distributed.size();
-    for (int i = 0; i <= rod.element_count(); ++i) {
-      const Pose& g = state.pose[plant.ArmPose(a, i)];
-      SectionMotion motion{g.rotation, work.twist[a][i]};
-      if (!plant.exact()) {
-        motion.rotation = state.pose[0].rotation * g.rotation;
-        motion.twist += AdjointInverseTimes(g, root);
-      }
-      const RodNode& node = rod.nodes[i];
-      for (const SectionLoad& load : rod.loads) {
-        if (const auto* gravity = std::get_if<GravityLoad>(&load)) {
-          const double fall =
-              inputs.gravity_scale * node.weight_m * node.section.area_m2 *
-              (motion.rotation.conjugate() * gravity->gravity_m_s2).dot(motion.twist.tail<3>());
-          std::size_t k = gravity_at;
-          ForEachGravity(effects, gravity->body_density_kg_m3, gravity->water_density_kg_m3,
-                         [&](double density) { power_[k++] += density * fall; });
-        } else {
-          power_[drag_at] +=
-              node.weight_m *
-              std::get<DragLoad>(load).Density(node.section, motion).dot(motion.twist);
-        }
-      }
-      for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
-        const double amplitude = inputs.distributed[distributed + k];
-        if (amplitude == 0.0) continue;
-        // An internal one works on the section's motion relative to the root.
-        Vector6 twist = motion.twist;
-        if (plant.exact() && IsInternal(rod.distributed[k].load)) {
-          twist -= AdjointInverseTimes(Inverse(state.pose[0]) * g, root);
-        }
-        power_[distributed_at + k] +=
-            node.weight_m * amplitude *
-            rod.distributed[k].load.Density(node.section, motion).dot(twist);
-      }
-      for (std::size_t k = 0; k < rod.points.size(); ++k) {
-        if (rod.points[k].node != i) continue;
-        power_[point_at + k] +=
-            WrenchInSection(inputs.points[point + k] * rod.points[k].load.wrench,
-                            rod.points[k].load.frame, motion.rotation)
-                .dot(motion.twist);
-      }
-    }
-    at = point_at + rod.points.size();
-    for (std::size_t c = 0; c < rod.cables.size(); ++c) {
-      const int index = plant.ArmCableIndex(a, static_cast<int>(c));
-      power_[at++] = -work.cable_tension_n[index] * work.cable_rate_m_s[index];
-    }
-    distributed += rod.distributed.size();
-    point += rod.points.size();
-    for (int i = 0; i < rod.element_count(); ++i) {
-      const RodElement& e = rod.elements[i];
-      const Vector6 rate = work.rod[a][i].StrainRate(e);
-      const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
-      stress_power_arms_ += e.length * strain.dot(e.stiffness.cwiseProduct(rate));
-      dissipation_ += e.length * rate.dot(e.viscosity.cwiseProduct(rate));
-    }
+    AddArmPowers(plant, a, state, inputs, work, distributed, point);
+    distributed += static_cast<int>(plant.rods[a].distributed.size());
+    point += static_cast<int>(plant.rods[a].points.size());
   }
-  if (plant.shell) {
-    const Shell& shell = *plant.shell;
-    const Mantle& mantle = *plant.robot.mantle;
-    const auto rate = [&](int j) -> Vector3 {
-      return state.velocity.segment<3>(plant.ShellVelocity(j));
-    };
-    if (plant.has_gravity()) {
-      double moment = 0, axial = 0;
-      for (int j = 0; j < shell.node_count(); ++j) {
-        moment += shell.nodes[j].area_m2 * state.shape[j](1);
-        if (plant.exact()) axial += shell.nodes[j].area_m2 * rate(j)(1);
-      }
-      const double fall =
-          2.0 * mantle.half_thickness_m *
-          (shell.area_m2 * g_root.dot(root.tail<3>()) +
-           moment * (g_root.x() * root(1) - g_root.y() * root(0)) + g_root.z() * axial);
-      std::size_t k = gravity_at;
-      ForEachGravity(effects, mantle.material.density_kg_m3, rho,
-                     [&](double density) { power_[k++] += density * fall; });
-    }
-    for (std::size_t k = 0; k < shell.strips.size(); ++k) {
-      for (int j = 0; j < shell.node_count(); ++j) {
-        power_[at] -= inputs.strips_pa[k] * shell.strips[k].strip.area_m2[j] * rate(j)(0);
-      }
-      ++at;
-    }
-    for (std::size_t k = 0; k < shell.spokes.size(); ++k) {
-      const int index = plant.SpokeIndex(static_cast<int>(k));
-      power_[at++] = -work.cable_tension_n[index] * work.cable_rate_m_s[index];
-    }
-    if (effects.normal_pressure) {
-      // pressure times the rate of the wall's swept volume: U_dot plus the end planes' share
-      const auto plane = [&](int j) {
-        const double r = state.shape[j](0);
-        return std::numbers::pi * r * r * rate(j)(1);
-      };
-      const int n = shell.element_count();
-      power_[at++] = inputs.normal_pressure_pa * (work.volume_rate_m3_s + plane(n) - plane(0));
-    }
-    if (effects.jet_thrust) {
-      double speed = root(5);
-      for (int j = 0; j < shell.node_count(); ++j) speed += shell.thrust_share[j] * rate(j)(1);
-      power_[at++] = work.thrust_n * speed;
-    }
-    if (effects.drag) power_[at++] = work.mantle_drag_n * work.mean_axial_speed_m_s;
-    if (effects.lateral_drag) {
-      power_[at++] =
-          MantleLateralDrag(state.shape, rho, effects.lateral_drag->coefficient, root).dot(root);
-    }
-    if (effects.contained_water) {
-      const MantleInertia& m = work.mantle_inertia;
-      const double u1 = root(3) + root(1) * m.centroid_m;
-      const double u2 = root(4) - root(0) * m.centroid_m;
-      power_[at++] = OutflowWrench(m, state.shape.back()(1), root).dot(root) -
-                     0.5 * m.contained_rate_kg_s * (u1 * u1 + u2 * u2);
-    }
-    for (int i = 0; i < shell.element_count(); ++i) {
-      stress_power_mantle_ += ShellElementStressPower(shell.elements[i], work.shell[i]);
-      dissipation_ += ShellElementDissipation(shell.elements[i], work.shell[i]);
-    }
+  if (plant.shell) AddMantlePowers(plant, state, inputs, work);
+  const SectionMotion motion{state.pose[0].rotation, root};
+  for (const RootLoad& load : plant.root_loads) {
+    std::visit(
+        [&](const auto& l) {
+          l.AddPower(motion, root, FieldScale(l, inputs.gravity_scale), power_.data());
+        },
+        load);
   }
-  if (plant.has_gravity() && plant.robot.rigid_body) {
-    const double fall = g_root.dot(root.tail<3>() + root.head<3>().cross(plant.buoyant_centre_m));
-    std::size_t k = gravity_at;
-    if (effects.weight) power_[k++] += RigidMass(*plant.robot.rigid_body) * fall;
-    if (effects.buoyancy) power_[k++] -= rho * RigidVolume(*plant.robot.rigid_body) * fall;
-  }
-  if (effects.roll_drag) power_[at++] = RollDragWrench(*effects.roll_drag, root).dot(root);
-  if (effects.rigid_drag) {
-    power_[at++] =
-        plant.robot.rigid_body
-            ? RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag, rho, root).dot(root)
-            : 0.0;
-  }
-  if (!plant.root_free()) {
+  if (plant.constraint_place >= 0) {
     ApplyMass(plant, work, acceleration, &scratch_);
-    power_[at++] = (scratch_ - work.force).head<6>().dot(root);
+    power_[plant.constraint_place] = (scratch_ - work.force).head<6>().dot(root);
   }
 }
 

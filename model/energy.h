@@ -62,6 +62,11 @@ class EnergyAccount {
                           const VectorX& acceleration);
 
  private:
+  void AddArmPowers(const Plant& plant, int a, const PlantState& state, const PlantInputs& inputs,
+                    const PlantWork& work, int first_distributed, int first_point);
+  void AddMantlePowers(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                       const PlantWork& work);
+
   std::vector<std::string> names_;
   std::vector<double> power_, work_, pending_;
   double dissipation_{0}, dissipated_{0}, pending_dissipation_{0};

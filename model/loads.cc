@@ -10,6 +10,19 @@ constexpr double kPi = std::numbers::pi;
 
 }  // namespace
 
+void GravityLoad::Name(const std::string&, PowerNames* names) {
+  if (body_density_kg_m3 != 0.0) weight_place = names->Place(kWeightName);
+  if (water_density_kg_m3 != 0.0) buoyancy_place = names->Place(kBuoyancyName);
+}
+
+void GravityLoad::AddPower(const SectionGeometry& s, const SectionMotion& m,
+                           const Vector6& working_twist, double scale, double* power_w) const {
+  const double fall =
+      scale * s.area_m2 * (m.rotation.conjugate() * gravity_m_s2).dot(working_twist.tail<3>());
+  if (weight_place >= 0) power_w[weight_place] += body_density_kg_m3 * fall;
+  if (buoyancy_place >= 0) power_w[buoyancy_place] += -water_density_kg_m3 * fall;
+}
+
 Vector6 GravityLoad::Density(const SectionGeometry& s, const SectionMotion& m) const {
   Vector6 w = Vector6::Zero();
   const double weight = (body_density_kg_m3 - water_density_kg_m3) * s.area_m2;
@@ -21,6 +34,15 @@ void GravityLoad::AddTangent(const SectionGeometry& s, const SectionMotion& m,
                              LoadTangent* t) const {
   // R -> R exp(zeta~): R^T F changes by (R^T F) x zeta
   t->force_by_rotation += Hat(Density(s, m).tail<3>());
+}
+
+void DragLoad::Name(const std::string& body, PowerNames* names) {
+  place = names->Place("drag." + body);
+}
+
+void DragLoad::AddPower(const SectionGeometry& s, const SectionMotion& m,
+                        const Vector6& working_twist, double scale, double* power_w) const {
+  power_w[place] += scale * Density(s, m).dot(working_twist);
 }
 
 Vector6 DragLoad::Density(const SectionGeometry& s, const SectionMotion& m) const {
@@ -52,6 +74,19 @@ void DistributedLoad::AddTangent(const SectionGeometry& s, const SectionMotion& 
   const Vector6 w = Density(s, m);
   t->moment_by_rotation += Hat(w.head<3>());
   t->force_by_rotation += Hat(w.tail<3>());
+}
+
+std::vector<SectionLoad> MakeSectionLoads(const Arm& arm, const Water& water,
+                                          const Effects& effects) {
+  std::vector<SectionLoad> loads;
+  if (effects.weight || effects.buoyancy) {
+    const double density = arm.inertia ? (*arm.inertia)(5) / (kPi * std::pow(arm.radius_base_m, 2))
+                                       : arm.material.density_kg_m3;
+    loads.push_back(GravityLoad{effects.gravity_m_s2, effects.weight ? density : 0.0,
+                                effects.buoyancy ? water.density_kg_m3 : 0.0});
+  }
+  if (effects.drag) loads.push_back(DragLoad{water.density_kg_m3, arm.drag_coefficients});
+  return loads;
 }
 
 Vector6 WrenchInSection(const Vector6& wrench, LoadFrame frame,

@@ -3,12 +3,21 @@
 #include <variant>
 #include <vector>
 
+#include "model/power_names.h"
 #include "model/robot.h"
 
 /// Loads on a section of an arm: each a pure value that returns a wrench density (per unit
 /// reference length, section frame) from the section's geometry and its absolute pose and twist.
 /// The plant sums them over nodes, the reduced model projects the same functions at its quadrature
 /// points. Added mass is not here: it belongs in the inertia ([physics.md] 2, errata 1 and 2).
+///
+/// Every load, here and in root_loads.h and mantle_loads.h, also says
+///   kField      whether it comes from a field that load stepping scales with everything else,
+///   Scale       which factors of a Mismatch it takes,
+///   Name        under what name (and so at which place) it reports its power,
+///   AddPower    that power [W], given the twist with which it works.
+/// Those on sections also say whether they are exactly nothing (a neutral body's gravity), and
+/// whether they read the section's rotation.
 
 namespace mantle::model {
 
@@ -19,10 +28,15 @@ struct SectionGeometry {
   double radius_m{0};
 };
 
+/// Motion of a section, or of the root for loads on it.
 struct SectionMotion {
   Eigen::Quaterniond rotation;  ///< section to world
   Vector6 twist;                ///< relative to the water, section frame
 };
+
+/// Of every body: gravity's work on its mass and on the water that it displaces.
+inline constexpr const char* kWeightName = "weight";
+inline constexpr const char* kBuoyancyName = "buoyancy";
 
 /// Derivatives of a wrench density in the body increment zeta (rotation part only) and the twist.
 struct LoadTangent {
@@ -36,7 +50,15 @@ struct LoadTangent {
 struct GravityLoad {
   Vector3 gravity_m_s2;
   double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named
+  int weight_place{-1}, buoyancy_place{-1};
 
+  static constexpr bool kField = true;
+  bool IsNothing() const { return body_density_kg_m3 == water_density_kg_m3; }
+  bool NeedsRotation() const { return true; }
+  void Scale(const Mismatch&) {}
+  void Name(const std::string& body, PowerNames* names);
+  void AddPower(const SectionGeometry& s, const SectionMotion& m, const Vector6& working_twist,
+                double scale, double* power_w) const;
   Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
 };
@@ -45,7 +67,15 @@ struct GravityLoad {
 struct DragLoad {
   double water_density_kg_m3;
   Vector3 coefficients;
+  int place{-1};
 
+  static constexpr bool kField = false;
+  bool IsNothing() const { return false; }
+  bool NeedsRotation() const { return false; }
+  void Scale(const Mismatch& m) { coefficients *= m.drag; }
+  void Name(const std::string& body, PowerNames* names);
+  void AddPower(const SectionGeometry& s, const SectionMotion& m, const Vector6& working_twist,
+                double scale, double* power_w) const;
   Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
 };
@@ -61,11 +91,24 @@ struct DistributedLoad {
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
 };
 
-/// A follower is an actuator's: internal to the vehicle, so the root receives the opposite wrench and
-/// the vehicle's momentum does not change ([Renda] 3.3). A dead load is external.
+/// A follower is an actuator's: internal to the vehicle, so the root receives the opposite wrench
+/// and the vehicle's momentum does not change ([Renda] 3.3). A dead load is external.
 inline bool IsInternal(const DistributedLoad& load) { return load.frame == LoadFrame::kBody; }
 
-using SectionLoad = std::variant<GravityLoad, DragLoad, DistributedLoad>;
+using SectionLoad = std::variant<GravityLoad, DragLoad>;
+
+/// `field_scale` for loads of a field, 1 for others.
+template <typename Load>
+double FieldScale(const Load&, double field_scale) {
+  return Load::kField ? field_scale : 1.0;
+}
+inline double FieldScale(const SectionLoad& load, double field_scale) {
+  return std::visit([&](const auto& l) { return FieldScale(l, field_scale); }, load);
+}
+
+/// What the effects of a scene do to the sections of an arm.
+std::vector<SectionLoad> MakeSectionLoads(const Arm& arm, const Water& water,
+                                          const Effects& effects);
 
 /// Wrench seen in the section frame of a wrench given in `frame`.
 Vector6 WrenchInSection(const Vector6& wrench, LoadFrame frame, const Eigen::Quaterniond& rotation);

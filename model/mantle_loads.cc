@@ -3,8 +3,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "model/rigid_body.h"
-
 namespace mantle::model {
 namespace {
 
@@ -12,54 +10,128 @@ constexpr double kPi = std::numbers::pi;
 
 }  // namespace
 
-Jet EvaluateJet(const Mantle& mantle, double water_density_kg_m3, double flux_m3_s) {
-  const double nozzle = kPi * mantle.nozzle_radius_m * mantle.nozzle_radius_m;
-  const double area = nozzle * (flux_m3_s < 0.0 ? mantle.outlets : mantle.inlets);
+void NormalPressureLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
+  ShellWallVolumeGradient(m.shape, f->gradient);
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    f->node[j] += m.normal_pressure_pa * (*f->gradient)[j];
+  }
+}
+
+void NormalPressureLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const {
+  // derivative of the swept-volume gradient
+  BlockTridiagonal<3>& chain = *t->chain;
+  const int n = m.shell.element_count();
+  const double p = m.normal_pressure_pa;
+  const double third = kPi / 3.0;
+  const std::vector<Vector3>& q = m.shape;
+  for (int i = 0; i < n; ++i) {
+    const double a = q[i](0), b = q[i + 1](0), dz = q[i + 1](1) - q[i](1);
+    chain.diagonal[i](0, 0) += p * third * 2.0 * dz;
+    chain.diagonal[i + 1](0, 0) += p * third * 2.0 * dz;
+    chain.upper[i](0, 0) += p * third * dz;
+    chain.lower[i](0, 0) += p * third * dz;
+    const double by_a = p * third * (2.0 * a + b), by_b = p * third * (a + 2.0 * b);
+    chain.diagonal[i](0, 1) -= by_a;
+    chain.diagonal[i](1, 0) -= by_a;
+    chain.upper[i](0, 1) += by_a;
+    chain.lower[i](1, 0) += by_a;
+    chain.lower[i](0, 1) -= by_b;
+    chain.upper[i](1, 0) -= by_b;
+    chain.diagonal[i + 1](0, 1) += by_b;
+    chain.diagonal[i + 1](1, 0) += by_b;
+  }
+  const double two_pi = 2.0 * kPi * p;
+  chain.diagonal[0](1, 0) += two_pi * q.front()(0);
+  chain.diagonal[n](1, 0) -= two_pi * q.back()(0);
+}
+
+void NormalPressureLoad::AddPower(const ShellMotion& m, const Vector6&, double* power_w) const {
+  // pressure times the rate of the wall's swept volume: U_dot plus the end planes' share
+  const auto plane = [&](int j) {
+    const double r = m.shape[j](0);
+    return kPi * r * r * m.rate(j)(1);
+  };
+  const int n = m.shell.element_count();
+  power_w[place] += m.normal_pressure_pa * (m.volume_rate_m3_s + plane(n) - plane(0));
+}
+
+JetLoad::Jet JetLoad::Evaluate(double q) const {
+  const double nozzle = kPi * nozzle_radius_m * nozzle_radius_m;
+  const double area = nozzle * (q < 0.0 ? outlets : inlets);
   const double k = water_density_kg_m3 / area;
-  return {flux_m3_s, -k * flux_m3_s * std::abs(flux_m3_s), -2.0 * k * std::abs(flux_m3_s)};
+  return {q, -k * q * std::abs(q), -2.0 * k * std::abs(q)};
 }
 
-double MantleDrag(const Mantle& mantle, double water_density_kg_m3, double max_radius_m,
-                  double speed) {
-  return -0.5 * water_density_kg_m3 * mantle.drag_coefficient * kPi * max_radius_m * max_radius_m *
-         speed * std::abs(speed);
+void JetLoad::Scale(const Mismatch& m) { nozzle_radius_m /= std::sqrt(m.jet); }
+
+void JetLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
+  const Jet jet = Evaluate(Flux(m));
+  *f->flux_m3_s = jet.flux_m3_s;
+  *f->thrust_n = jet.thrust_n;
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    f->node[j](1) += jet.thrust_n * m.shell.thrust_share[j];
+  }
+  f->root[5] += jet.thrust_n;
 }
 
-void AddLateralDragSlice(double k, double z, const Vector6& twist, Vector6* w) {
-  const double u1 = twist(3) + twist(1) * z;
-  const double u2 = twist(4) - twist(0) * z;
-  const double s = -k * std::sqrt(u1 * u1 + u2 * u2);
-  (*w)(0) -= z * s * u2;
-  (*w)(1) += z * s * u1;
-  (*w)(3) += s * u1;
-  (*w)(4) += s * u2;
+void JetLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const {
+  if (!(t->s > 0.0)) return;
+  const double c = Evaluate(Flux(m)).thrust_by_flux;
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    (*t->column)(3 * j + 1, kBorder) = -m.shell.thrust_share[j];
+    (*t->row)(3 * j, kBorder) = -c * t->s * t->volume_gradient[j](0);
+    if (flux == FluxReading::kVolume) {
+      (*t->row)(3 * j + 1, kBorder) = -c * t->s * t->volume_gradient[j](1);
+    }
+  }
+  (*t->base_column)(0, kBorder) = -1.0;
 }
 
-void AddLateralDragSliceTangent(double k, double z, const Vector6& twist, Matrix6* by_twist,
-                                Vector6* by_z, Vector6* by_k) {
-  const double u1 = twist(3) + twist(1) * z;
-  const double u2 = twist(4) - twist(0) * z;
-  const double speed = std::sqrt(u1 * u1 + u2 * u2);
-  if (speed == 0.0) return;  // differentiable there, with derivative zero
-  AddLateralDragSlice(1.0, z, twist, by_k);
-  // force (f1, f2) = -k |u| u by (u1, u2); moments (-z f2, z f1)
-  const double a11 = -k * (speed + u1 * u1 / speed);
-  const double a22 = -k * (speed + u2 * u2 / speed);
-  const double a12 = -k * u1 * u2 / speed;
-  Vector6 by_u1 = Vector6::Zero(), by_u2 = Vector6::Zero();
-  by_u1 << -z * a12, z * a11, 0, a11, a12, 0;
-  by_u2 << -z * a22, z * a12, 0, a12, a22, 0;
-  by_twist->col(3) += by_u1;
-  by_twist->col(1) += z * by_u1;
-  by_twist->col(4) += by_u2;
-  by_twist->col(0) -= z * by_u2;
-  *by_z += twist(1) * by_u1 - twist(0) * by_u2;
-  (*by_z)(0) += k * speed * u2;
-  (*by_z)(1) -= k * speed * u1;
+void JetLoad::AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const {
+  double speed = working_twist(5);
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    speed += m.shell.thrust_share[j] * m.rate(j)(1);
+  }
+  power_w[place] += Evaluate(Flux(m)).thrust_n * speed;
 }
 
-Vector6 MantleLateralDrag(const std::vector<Vector3>& q, double water_density_kg_m3,
-                          double coefficient, const Vector6& root_twist) {
+double AxialDragLoad::Force(double max_radius_m, double speed) const {
+  return -0.5 * water_density_kg_m3 * coefficient * kPi * max_radius_m * max_radius_m * speed *
+         std::abs(speed);
+}
+
+double AxialDragLoad::ForceBySpeed(double max_radius_m, double speed) const {
+  return -water_density_kg_m3 * coefficient * kPi * max_radius_m * max_radius_m * std::abs(speed);
+}
+
+void AxialDragLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
+  const double drag = *f->drag_n = Force(m.max_radius_m, m.mean_axial_speed_m_s);
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    f->node[j](1) += drag * m.shell.nodes[j].area_m2 / m.shell.area_m2;
+  }
+  f->root[5] += drag;
+}
+
+void AxialDragLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const {
+  if (!(t->s > 0.0)) return;
+  const double d = ForceBySpeed(m.max_radius_m, m.mean_axial_speed_m_s);
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    const double share = m.shell.nodes[j].area_m2 / m.shell.area_m2;
+    (*t->column)(3 * j + 1, kBorder) = -share;
+    (*t->row)(3 * j + 1, kBorder) = -d * t->s * share;
+  }
+  (*t->base_column)(0, kBorder) = -1.0;
+  (*t->base_row)(0, kBorder) = -d * t->s;
+}
+
+void AxialDragLoad::AddPower(const ShellMotion& m, const Vector6& working_twist,
+                             double* power_w) const {
+  const double carried = working_twist(5) - m.root.twist(5);
+  power_w[place] +=
+      Force(m.max_radius_m, m.mean_axial_speed_m_s) * (m.mean_axial_speed_m_s + carried);
+}
+
+Vector6 LateralDragLoad::Wrench(const std::vector<Vector3>& q, const Vector6& root_twist) const {
   Vector6 w = Vector6::Zero();
   for (std::size_t i = 0; i + 1 < q.size(); ++i) {
     const double r = 0.5 * (q[i](0) + q[i + 1](0));
@@ -70,38 +142,87 @@ Vector6 MantleLateralDrag(const std::vector<Vector3>& q, double water_density_kg
   return w;
 }
 
-Vector6 RigidBodyDrag(const RigidBody& body, const RigidDrag& drag, double water_density_kg_m3,
-                      const Vector6& root_twist) {
-  const RigidDragGeometry g = DragGeometry(body, drag);
-  Vector6 w = Vector6::Zero();
-  const double k = 0.5 * water_density_kg_m3;
-  AddLateralDragSlice(k * drag.lateral_coefficient * g.lateral_area_m2, g.height_m, root_twist, &w);
-  w(5) -= k * drag.axial_coefficient * g.axial_area_m2 * root_twist(5) * std::abs(root_twist(5));
-  return w;
+void LateralDragLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
+  Eigen::Map<Vector6>(f->root) += Wrench(m.shape, m.root.twist);
 }
 
-Matrix6 RigidBodyDragTangent(const RigidBody& body, const RigidDrag& drag,
-                             double water_density_kg_m3, const Vector6& root_twist) {
-  const RigidDragGeometry g = DragGeometry(body, drag);
-  Matrix6 t = Matrix6::Zero();
-  Vector6 by_z = Vector6::Zero(), by_k = Vector6::Zero();
-  const double k = 0.5 * water_density_kg_m3;
-  AddLateralDragSliceTangent(k * drag.lateral_coefficient * g.lateral_area_m2, g.height_m,
-                             root_twist, &t, &by_z, &by_k);
-  t(5, 5) -= 2.0 * k * drag.axial_coefficient * g.axial_area_m2 * std::abs(root_twist(5));
-  return t;
+void LateralDragLoad::AddPower(const ShellMotion& m, const Vector6& working_twist,
+                               double* power_w) const {
+  power_w[place] += Wrench(m.shape, m.root.twist).dot(working_twist);
 }
 
-Vector6 RollDragWrench(const RollDrag& drag, const Vector6& root_twist) {
-  Vector6 w = Vector6::Zero();
-  w(2) = -drag.coefficient_n_m_s2 * root_twist(2) * std::abs(root_twist(2));
-  return w;
+Vector3 WallGravityLoad::SurfaceForce(const Eigen::Quaterniond& root_rotation,
+                                      double field_scale) const {
+  const double net = body_density_kg_m3 - water_density_kg_m3;
+  return field_scale * 2.0 * half_thickness_m * net * (root_rotation.conjugate() * gravity_m_s2);
 }
 
-Matrix6 RollDragTangent(const RollDrag& drag, const Vector6& root_twist) {
-  Matrix6 t = Matrix6::Zero();
-  t(2, 2) = -2.0 * drag.coefficient_n_m_s2 * std::abs(root_twist(2));
-  return t;
+void WallGravityLoad::Name(const std::string&, PowerNames* names) {
+  if (body_density_kg_m3 != 0.0) weight_place = names->Place(kWeightName);
+  if (water_density_kg_m3 != 0.0) buoyancy_place = names->Place(kBuoyancyName);
+}
+
+void WallGravityLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
+  const Vector3 g = SurfaceForce(m.root.rotation, m.field_scale);
+  double moment = 0;
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    if (m.exact) f->node[j](1) += g.z() * m.shell.nodes[j].area_m2;
+    moment += m.shell.nodes[j].area_m2 * m.shape[j](1);
+  }
+  f->root[0] -= moment * g.y();
+  f->root[1] += moment * g.x();
+  Eigen::Map<Vector3>(f->root + 3) += m.shell.area_m2 * g;
+}
+
+void WallGravityLoad::AddPower(const ShellMotion& m, const Vector6& working_twist,
+                               double* power_w) const {
+  const Vector3 g = m.field_scale * (m.root.rotation.conjugate() * gravity_m_s2);
+  const Vector6& v = working_twist;
+  double moment = 0, axial = 0;
+  for (int j = 0; j < m.shell.node_count(); ++j) {
+    moment += m.shell.nodes[j].area_m2 * m.shape[j](1);
+    if (m.exact) axial += m.shell.nodes[j].area_m2 * m.rate(j)(1);
+  }
+  const double fall = 2.0 * half_thickness_m *
+                      (m.shell.area_m2 * g.dot(v.tail<3>()) +
+                       moment * (g.x() * v(1) - g.y() * v(0)) + g.z() * axial);
+  if (weight_place >= 0) power_w[weight_place] += body_density_kg_m3 * fall;
+  if (buoyancy_place >= 0) power_w[buoyancy_place] += -water_density_kg_m3 * fall;
+}
+
+void OutflowLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
+  Eigen::Map<Vector6>(f->root) += OutflowWrench(m.inertia, m.shape.back()(1), m.root.twist);
+}
+
+void OutflowLoad::AddPower(const ShellMotion& m, const Vector6& working_twist,
+                           double* power_w) const {
+  const Vector6& v = m.root.twist;
+  const double u1 = v(3) + v(1) * m.inertia.centroid_m;
+  const double u2 = v(4) - v(0) * m.inertia.centroid_m;
+  power_w[place] += OutflowWrench(m.inertia, m.shape.back()(1), v).dot(working_twist) -
+                    0.5 * m.inertia.contained_rate_kg_s * (u1 * u1 + u2 * u2);
+}
+
+std::vector<MantleLoad> MakeMantleLoads(const Mantle& mantle, const Water& water,
+                                        const Effects& effects) {
+  const double rho = water.density_kg_m3;
+  std::vector<MantleLoad> loads;
+  if (effects.normal_pressure) loads.push_back(NormalPressureLoad{});
+  if (effects.jet_thrust) {
+    loads.push_back(JetLoad{rho, mantle.nozzle_radius_m, mantle.outlets, mantle.inlets,
+                            effects.jet_thrust->flux});
+  }
+  if (effects.drag) loads.push_back(AxialDragLoad{rho, mantle.drag_coefficient});
+  if (effects.lateral_drag) {
+    loads.push_back(LateralDragLoad{rho, effects.lateral_drag->coefficient});
+  }
+  if (effects.weight || effects.buoyancy) {
+    loads.push_back(WallGravityLoad{effects.gravity_m_s2, mantle.half_thickness_m,
+                                    effects.weight ? mantle.material.density_kg_m3 : 0.0,
+                                    effects.buoyancy ? rho : 0.0});
+  }
+  if (effects.contained_water) loads.push_back(OutflowLoad{});
+  return loads;
 }
 
 }  // namespace mantle::model

@@ -1,44 +1,170 @@
 #pragma once
 
-#include "model/plant.h"
+#include <variant>
+#include <vector>
 
-/// Loads on the mantle and on the root: pure functions of profile, rates and root twist, evaluated
-/// once and shared by plant, energy accounts and reduced model ([Renda] 2.6, [physics.md] 3).
+#include "model/block_tridiagonal.h"
+#include "model/mantle_inertia.h"
+#include "model/root_loads.h"
+
+/// Loads on the mantle: values with forces on profile and root, tangent, power, name and mismatch
+/// scale ([Renda] 2.6, [physics.md] 3). Plant, iteration matrix and energy accounts walk one list
+/// of them; the reduced model projects the same values' laws on its shapes
+/// (reduced/mantle_terms.h). What else a load says of itself is in loads.h.
 
 namespace mantle::model {
 
+/// What loads on the mantle read; evaluated once per state.
+struct ShellMotion {
+  const Shell& shell;
+  const std::vector<Vector3>& shape;  ///< (r, z, theta) per node
+  const double* rates;                ///< three per node
+  SectionMotion root;
+  bool exact;  ///< coupling: axial loads on the profile move it relative to the root
+  double normal_pressure_pa, field_scale;
+  double volume_rate_m3_s, radial_flux_m3_s;  ///< U_dot, and its part by radial velocity
+  double max_radius_m, mean_axial_speed_m_s;
+  const MantleInertia& inertia;
+
+  Eigen::Map<const Vector3> rate(int j) const { return Eigen::Map<const Vector3>(rates + 3 * j); }
+};
+
+/// Where loads put their forces, and what they report.
+struct ShellForces {
+  Vector3* node;
+  double* root;                    ///< wrench about the root's origin, 6 entries
+  std::vector<Vector3>* gradient;  ///< scratch, one per node
+  double *flux_m3_s, *thrust_n, *drag_n;
+};
+
+/// Where loads put minus the derivatives of their forces in the profile, with rates that change by
+/// s. A load that acts on the whole profile through one scalar u has a border of its own: column
+/// (what u does to profile and root), row (what they do to u, negative).
+struct ShellTangent {
+  double s;
+  const std::vector<Vector3>& volume_gradient;
+  BlockTridiagonal<3>* chain;
+  Eigen::MatrixXd *column, *row, *base_column, *base_row;
+};
+inline constexpr int kShellLoadBorders = 2;
+
+/// Pressure inside minus outside on the wall; follows it.
+struct NormalPressureLoad {
+  int place{-1};
+
+  static constexpr bool kField = false;
+  void Scale(const Mismatch&) {}
+  void Name(const std::string&, PowerNames* names) { place = names->Place("normal_pressure"); }
+  void AddForces(const ShellMotion& m, ShellForces* f) const;
+  void AddTangent(const ShellMotion& m, ShellTangent* t) const;
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
+};
+
 /// Jet thrust along +e3, T = -rho_w Q |Q| / A_n; Q = U_dot, or the part of it that the wall's
 /// radial velocity makes; A_n = outlets pi h_n^2 for Q < 0, inlets pi h_n^2 for Q > 0 (erratum 10).
-struct Jet {
-  double flux_m3_s, thrust_n;
-  double thrust_by_flux;  ///< dT/dQ [N s/m^3]
+struct JetLoad {
+  double water_density_kg_m3, nozzle_radius_m;
+  int outlets, inlets;
+  FluxReading flux;
+  int place{-1};
+
+  struct Jet {
+    double flux_m3_s, thrust_n;
+    double thrust_by_flux;  ///< dT/dQ [N s/m^3]
+  };
+  Jet Evaluate(double flux_m3_s) const;
+  double Flux(const ShellMotion& m) const {
+    return flux == FluxReading::kVolume ? m.volume_rate_m3_s : m.radial_flux_m3_s;
+  }
+
+  static constexpr bool kField = false;
+  static constexpr int kBorder = 0;
+  /// The thrust goes with 1 / A_n.
+  void Scale(const Mismatch& m);
+  void Name(const std::string&, PowerNames* names) { place = names->Place("jet_thrust"); }
+  void AddForces(const ShellMotion& m, ShellForces* f) const;
+  void AddTangent(const ShellMotion& m, ShellTangent* t) const;
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
 };
-Jet EvaluateJet(const Mantle& mantle, double water_density_kg_m3, double flux_m3_s);
 
 /// Drag along e3, -1/2 rho_w C_d pi max(r)^2 V |V|, V the area average of the absolute axial speed.
-double MantleDrag(const Mantle& mantle, double water_density_kg_m3, double max_radius_m,
-                  double speed);
+struct AxialDragLoad {
+  double water_density_kg_m3, coefficient;
+  int place{-1};
 
-/// Lateral strip-theory drag of the mantle on its current profile as a wrench about the root
-/// origin: force per height -1/2 rho_w C 2 r |u| u, u the lateral velocity of the axis at z.
-Vector6 MantleLateralDrag(const std::vector<Vector3>& q, double water_density_kg_m3,
-                          double coefficient, const Vector6& root_twist);
+  double Force(double max_radius_m, double speed_m_s) const;
+  double ForceBySpeed(double max_radius_m, double speed_m_s) const;
 
-/// One slice of it, k |u| u at height z, and the derivatives of its wrench in the twist, in z and
-/// in k. The wrench and each derivative are added to.
-void AddLateralDragSlice(double k, double z_m, const Vector6& root_twist, Vector6* wrench);
-void AddLateralDragSliceTangent(double k, double z_m, const Vector6& root_twist, Matrix6* by_twist,
-                                Vector6* by_z, Vector6* by_k);
+  static constexpr bool kField = false;
+  static constexpr int kBorder = 1;
+  void Scale(const Mismatch& m) { coefficient *= m.drag; }
+  void Name(const std::string& body, PowerNames* names) { place = names->Place("drag." + body); }
+  void AddForces(const ShellMotion& m, ShellForces* f) const;
+  void AddTangent(const ShellMotion& m, ShellTangent* t) const;
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
+};
 
-/// Quadratic drag of the rigid body, as a wrench about the root origin.
-Vector6 RigidBodyDrag(const RigidBody& body, const RigidDrag& drag, double water_density_kg_m3,
-                      const Vector6& root_twist);
+/// Lateral strip-theory drag on the current profile, on the root: force per height
+/// -1/2 rho_w C 2 r |u| u, u the lateral velocity of the axis at z.
+struct LateralDragLoad {
+  double water_density_kg_m3, coefficient;
+  int place{-1};
 
-Matrix6 RigidBodyDragTangent(const RigidBody& body, const RigidDrag& drag,
-                             double water_density_kg_m3, const Vector6& root_twist);
+  Vector6 Wrench(const std::vector<Vector3>& shape, const Vector6& root_twist) const;
 
-/// -c omega3 |omega3| about e3.
-Vector6 RollDragWrench(const RollDrag& drag, const Vector6& root_twist);
-Matrix6 RollDragTangent(const RollDrag& drag, const Vector6& root_twist);
+  static constexpr bool kField = false;
+  void Scale(const Mismatch& m) { coefficient *= m.drag; }
+  void Name(const std::string&, PowerNames* names) { place = names->Place("lateral_drag"); }
+  void AddForces(const ShellMotion& m, ShellForces* f) const;
+  void AddTangent(const ShellMotion&, ShellTangent*) const {}
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
+};
+
+/// Weight and buoyancy of the wall, 2h (rho_s - rho_w) R^T G per area of the reference surface.
+struct WallGravityLoad {
+  Vector3 gravity_m_s2;
+  double half_thickness_m;
+  double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named
+  int weight_place{-1}, buoyancy_place{-1};
+
+  /// Per area [N/m^2], root frame.
+  Vector3 SurfaceForce(const Eigen::Quaterniond& root_rotation, double field_scale) const;
+
+  static constexpr bool kField = true;
+  void Scale(const Mismatch&) {}
+  void Name(const std::string&, PowerNames* names);
+  void AddForces(const ShellMotion& m, ShellForces* f) const;
+  void AddTangent(const ShellMotion&, ShellTangent*) const {}
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
+};
+
+/// Contained water that leaves with the lip's lateral velocity (OutflowWrench); its power counts
+/// what the water's own kinetic energy loses with its mass.
+struct OutflowLoad {
+  int place{-1};
+
+  static constexpr bool kField = false;
+  void Scale(const Mismatch&) {}
+  void Name(const std::string&, PowerNames* names) { place = names->Place("contained_water"); }
+  void AddForces(const ShellMotion& m, ShellForces* f) const;
+  void AddTangent(const ShellMotion&, ShellTangent*) const {}
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
+};
+
+using MantleLoad = std::variant<NormalPressureLoad, JetLoad, AxialDragLoad, LateralDragLoad,
+                                WallGravityLoad, OutflowLoad>;
+
+/// What the effects of a scene do to its mantle.
+std::vector<MantleLoad> MakeMantleLoads(const Mantle& mantle, const Water& water,
+                                        const Effects& effects);
+
+/// The load of a kind in a list, or null.
+template <typename Load>
+const Load* FindLoad(const std::vector<MantleLoad>& loads) {
+  for (const MantleLoad& load : loads) {
+    if (const Load* found = std::get_if<Load>(&load)) return found;
+  }
+  return nullptr;
+}
 
 }  // namespace mantle::model

@@ -1,7 +1,5 @@
 #include <cmath>
-#include <numbers>
 
-#include "model/mantle_loads.h"
 #include "model/newton_matrix.h"
 
 /// Assembly of the iteration matrix, body by body; its elimination is in newton_matrix.cc.
@@ -85,8 +83,7 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
     for (const SectionLoad& load : rod.loads) {
       LoadTangent one;
       std::visit([&](const auto& l) { l.AddTangent(rod.nodes[i].section, motion, &one); }, load);
-      const double scale = rod.nodes[i].weight_m *
-                           (std::holds_alternative<GravityLoad>(load) ? inputs.gravity_scale : 1.0);
+      const double scale = rod.nodes[i].weight_m * FieldScale(load, inputs.gravity_scale);
       lt.force_by_rotation += scale * one.force_by_rotation;
       lt.moment_by_rotation += scale * one.moment_by_rotation;
       lt.force_by_velocity += scale * one.force_by_velocity;
@@ -115,7 +112,6 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
 void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
                                  const PlantInputs& inputs, const PlantWork& work, double s) {
   const Shell& shell = *plant.shell;
-  const Effects& effects = plant.robot.effects;
   const int n = shell.element_count();
   BlockTridiagonal<3>& chain = shell_.chain;
   for (auto& d : chain.diagonal) d.setZero();
@@ -129,58 +125,16 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
   }
   for (int j = 0; j <= n; ++j) chain.diagonal[j].diagonal() += s * s * shell.nodes[j].inertia;
 
-  if (effects.normal_pressure) {  // derivative of the swept-volume gradient
-    const double p = inputs.normal_pressure_pa;
-    const double third = std::numbers::pi / 3.0;
-    const std::vector<Vector3>& q = state.shape;
-    for (int i = 0; i < n; ++i) {
-      const double a = q[i](0), b = q[i + 1](0), dz = q[i + 1](1) - q[i](1);
-      chain.diagonal[i](0, 0) += p * third * 2.0 * dz;
-      chain.diagonal[i + 1](0, 0) += p * third * 2.0 * dz;
-      chain.upper[i](0, 0) += p * third * dz;
-      chain.lower[i](0, 0) += p * third * dz;
-      const double by_a = p * third * (2.0 * a + b), by_b = p * third * (a + 2.0 * b);
-      chain.diagonal[i](0, 1) -= by_a;
-      chain.diagonal[i](1, 0) -= by_a;
-      chain.upper[i](0, 1) += by_a;
-      chain.lower[i](1, 0) += by_a;
-      chain.lower[i](0, 1) -= by_b;
-      chain.upper[i](1, 0) -= by_b;
-      chain.diagonal[i + 1](0, 1) += by_b;
-      chain.diagonal[i + 1](1, 0) += by_b;
-    }
-    const double two_pi = 2.0 * std::numbers::pi * p;
-    chain.diagonal[0](1, 0) += two_pi * q.front()(0);
-    chain.diagonal[n](1, 0) -= two_pi * q.back()(0);
-  }
-
   Border& b = shell_.border;
   b.column.setZero();
   b.row.setZero();
   b.base_column.setZero();
   b.base_row.setZero();
-  const double rho = plant.robot.water.density_kg_m3;
-  if (effects.jet_thrust && s > 0.0) {
-    const double c = EvaluateJet(*plant.robot.mantle, rho, work.flux_m3_s).thrust_by_flux;
-    const bool volume = effects.jet_thrust->flux == FluxReading::kVolume;
-    for (int j = 0; j <= n; ++j) {
-      b.column(3 * j + 1, 0) = -shell.thrust_share[j];
-      b.row(3 * j, 0) = -c * s * work.volume_gradient[j](0);
-      if (volume) b.row(3 * j + 1, 0) = -c * s * work.volume_gradient[j](1);
-    }
-    b.base_column(0, 0) = -1.0;
-  }
-  if (effects.drag && s > 0.0) {
-    const double r = work.max_radius_m;
-    const double d = -rho * plant.robot.mantle->drag_coefficient * std::numbers::pi * r * r *
-                     std::abs(work.mean_axial_speed_m_s);
-    for (int j = 0; j <= n; ++j) {
-      const double share = shell.nodes[j].area_m2 / shell.area_m2;
-      b.column(3 * j + 1, 1) = -share;
-      b.row(3 * j + 1, 1) = -d * s * share;
-    }
-    b.base_column(0, 1) = -1.0;
-    b.base_row(0, 1) = -d * s;
+  const ShellMotion motion = MantleMotionOf(plant, state, inputs, work);
+  ShellTangent tangent{s,      work.volume_gradient, &chain,     &b.column,
+                       &b.row, &b.base_column,       &b.base_row};
+  for (const MantleLoad& load : plant.mantle_loads) {
+    std::visit([&](const auto& l) { l.AddTangent(motion, &tangent); }, load);
   }
   for (std::size_t k = 0; k < shell.spokes.size(); ++k) {
     const int index = plant.SpokeIndex(static_cast<int>(k));
@@ -189,8 +143,9 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
     const ShellSpokes& spokes = shell.spokes[k];
     for (int j = 0; j <= n; ++j) {
       const double g = spokes.spokes * spokes.strip.area_m2[j] / spokes.strip.total_m2;
-      b.column(3 * j, 2 + static_cast<int>(k)) = g;
-      b.row(3 * j, 2 + static_cast<int>(k)) = -(in.stiffness_n_m + s * in.damping_n_s_m) * g;
+      b.column(3 * j, kShellLoadBorders + static_cast<int>(k)) = g;
+      b.row(3 * j, kShellLoadBorders + static_cast<int>(k)) =
+          -(in.stiffness_n_m + s * in.damping_n_s_m) * g;
     }
   }
   shell_.coupling.setZero();

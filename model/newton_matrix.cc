@@ -34,7 +34,7 @@ NewtonMatrix::NewtonMatrix(const Plant& plant) {
   }
   if (!plant.shell) return;
   const int n = plant.shell->node_count();
-  const int p = 2 + static_cast<int>(plant.shell->spokes.size());  // thrust, drag, spokes
+  const int p = kShellLoadBorders + static_cast<int>(plant.shell->spokes.size());
   shell_.chain = BlockTridiagonal<3>(n);
   size_border(&shell_.border, 3 * n, 1, p);
   shell_.coupling.setZero(3 * n);
@@ -117,12 +117,10 @@ bool NewtonMatrix::Factor(const Plant& plant, const PlantState& state, const Pla
     root_ += (chart * s) * work.root_mass * ad;
     root_ -= s * (ad.transpose() * work.root_mass + CoadjointMatrix(work.root_mass * eta));
   }
-  if (plant.buoyant_mass_kg != 0.0) {
-    const Vector3 f = inputs.gravity_scale * plant.buoyant_mass_kg *
-                      (state.pose[0].rotation.conjugate() * plant.robot.effects.gravity_m_s2);
-    root_.topLeftCorner<3, 3>() -= Hat(plant.buoyant_centre_m) * Hat(f);
-    root_.bottomLeftCorner<3, 3>() -= Hat(f);
-  }
+  // What drag does to the root in s is small beside the mass, and left to the correction.
+  root_.leftCols<3>() -=
+      RootLoadTangent(plant.root_loads, {state.pose[0].rotation, eta}, inputs.gravity_scale)
+          .by_rotation;
   for (int a = 0; a < static_cast<int>(arms_.size()); ++a) {
     AssembleArm(plant, a, state, inputs, work, s, chart);
     if (!FactorArm(plant, a)) return false;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "model/meridian.h"
+#include "model/mismatch.h"
 #include "model/rigid_body.h"
 
 namespace mantle::model {
@@ -78,7 +79,7 @@ void ForEachSchedule(const Plant& plant, Visit visit) {
 
 }  // namespace
 
-Plant::Plant(const Robot& r) : robot(r) {
+Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
   if (robot.arms.empty() && !robot.mantle && !robot.rigid_body) {
     throw BadRobot("robot: has no bodies, needs an arm, a mantle or a rigid body");
   }
@@ -109,11 +110,6 @@ Plant::Plant(const Robot& r) : robot(r) {
   if (robot.rigid_body) {
     rigid_inertia = RigidInertia(*robot.rigid_body);
     water_options.solid_volume_m3 = RigidVolume(*robot.rigid_body);
-    buoyant_centre_m = RigidCentre(*robot.rigid_body);
-    if (robot.effects.weight) buoyant_mass_kg += RigidMass(*robot.rigid_body);
-    if (robot.effects.buoyancy) {
-      buoyant_mass_kg -= robot.water.density_kg_m3 * water_options.solid_volume_m3;
-    }
   }
   root_inertia = rigid_inertia;
   if (exact()) {
@@ -144,6 +140,43 @@ Plant::Plant(const Robot& r) : robot(r) {
     }
   }
   body_length_m = robot.body_length_m > 0 ? robot.body_length_m : Extent(robot);
+  MakeLoads();
+}
+
+void Plant::MakeLoads() {
+  root_loads = MakeRootLoads(robot);
+  if (shell) mantle_loads = MakeMantleLoads(*robot.mantle, robot.water, robot.effects);
+  const auto scale = [&](auto* loads) {
+    for (auto& load : *loads) std::visit([&](auto& l) { l.Scale(robot.mismatch); }, load);
+  };
+  for (Rod& rod : rods) scale(&rod.loads);
+  scale(&mantle_loads);
+  scale(&root_loads);
+
+  if (robot.effects.weight) power_names.Place(kWeightName);  // of all bodies, and first
+  if (robot.effects.buoyancy) power_names.Place(kBuoyancyName);
+  const auto place = [&](const char* kind, const std::string& body, const std::string& name) {
+    return power_names.Place(fmt::format("{}.{}.{}", kind, body, name));
+  };
+  for (Rod& rod : rods) {
+    for (SectionLoad& load : rod.loads) {
+      std::visit([&](auto& l) { l.Name(rod.name, &power_names); }, load);
+    }
+    for (auto& d : rod.distributed) d.power_place = place("distributed", rod.name, d.name);
+    for (auto& p : rod.points) p.power_place = place("point", rod.name, p.load.name);
+    for (auto& c : rod.cables) c.power_place = place("cable", rod.name, c.name);
+  }
+  if (shell) {
+    for (auto& s : shell->strips) s.power_place = place("strip", shell->name, s.strip.name);
+    for (auto& s : shell->spokes) s.power_place = place("cable", shell->name, s.strip.name);
+  }
+  for (MantleLoad& load : mantle_loads) {
+    std::visit([&](auto& l) { l.Name(shell->name, &power_names); }, load);
+  }
+  for (RootLoad& load : root_loads) {
+    std::visit([&](auto& l) { l.Name(&power_names); }, load);
+  }
+  if (!root_free()) constraint_place = power_names.Place("root_constraint");
 }
 
 PlantState InitialState(const Plant& plant) {
@@ -287,12 +320,29 @@ PlantWork::PlantWork(const Plant& plant)
       cable_rate_m_s(plant.cable_count(), 0.0),
       cable_tension_n(plant.cable_count(), 0.0),
       scratch(plant.shape_count(), Vector3::Zero()),
+      gradient_scratch(plant.shape_count(), Vector3::Zero()),
       flat(VectorX::Zero(plant.velocity_size())) {
   for (const Rod& r : plant.rods) {
     twist.emplace_back(r.nodes.size(), Vector6::Zero());
     load_pose.emplace_back(plant.exact() ? 0 : r.nodes.size());
     rod.emplace_back(r.elements.size());
   }
+}
+
+ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                           const PlantWork& work) {
+  return {*plant.shell,
+          state.shape,
+          state.velocity.data() + plant.ShellVelocity(0),
+          {state.pose[0].rotation, state.velocity.head<6>()},
+          plant.exact(),
+          inputs.normal_pressure_pa,
+          inputs.gravity_scale,
+          work.volume_rate_m3_s,
+          work.radial_flux_m3_s,
+          work.max_radius_m,
+          work.mean_axial_speed_m_s,
+          work.mantle_inertia};
 }
 
 Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node) {

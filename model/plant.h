@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "model/mantle_inertia.h"
+#include "model/mantle_loads.h"
 #include "model/rod.h"
 #include "model/shell.h"
 
@@ -33,14 +34,18 @@ class Plant {
   /// Throws BadRobot.
   explicit Plant(const Robot& robot);
 
+  /// As described, but for the bodies' factors of its mismatch, which are applied; the loads below
+  /// have taken the others.
   Robot robot;
   std::vector<Rod> rods;
   std::optional<Shell> shell;
   MantleWaterOptions water_options;
   Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone
   Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact
-  double buoyant_mass_kg{0};               ///< of the rigid body: rho_r V - rho_w V as named
-  Vector3 buoyant_centre_m{Vector3::Zero()};
+  std::vector<RootLoad> root_loads;
+  std::vector<MantleLoad> mantle_loads;
+  PowerNames power_names;    ///< of every load, cable and constraint; what is not named is not here
+  int constraint_place{-1};  ///< of a root that is not free
   double body_length_m{0};
 
   bool exact() const { return robot.coupling == Coupling::kExact; }
@@ -60,6 +65,8 @@ class Plant {
   int SpokeIndex(int k) const { return spoke_offset_ + k; }
 
  private:
+  void MakeLoads();
+
   std::vector<int> pose_offset_, velocity_offset_, cable_offset_;
   int shell_offset_{6}, velocity_size_{6}, pose_count_{1}, cable_count_{0}, spoke_offset_{0};
 };
@@ -97,7 +104,7 @@ struct PlantInputs {
   std::vector<double> points;
   std::vector<double> strips_pa;
   double normal_pressure_pa{0};
-  double gravity_scale{1};  ///< load stepping in statics
+  double gravity_scale{1};  ///< load stepping in statics: of every load of a field
   Pose root_pose;           ///< prescribed root only
   Vector6 root_twist{Vector6::Zero()};
   Vector6 root_acceleration{Vector6::Zero()};
@@ -136,9 +143,10 @@ struct PlantWork {
   MantleInertia mantle_inertia;
   CavityMoments cavity;
   double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};
+  double radial_flux_m3_s{0};  ///< part of the volume's rate that radial velocity makes
   double mean_axial_speed_m_s{0}, mantle_drag_n{0}, max_radius_m{0};
   Vector6 root_twist_in_arm{Vector6::Zero()};
-  std::vector<Vector3> scratch;
+  std::vector<Vector3> scratch, gradient_scratch;
   VectorX flat;
 };
 
@@ -153,6 +161,10 @@ void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, Vect
 /// acceleration.
 void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
                        VectorX* a);
+
+/// What loads on the mantle read of a state that EvaluateForces has filled `work` for.
+ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                           const PlantWork& work);
 
 /// Absolute pose and twist of a node, whatever the coupling.
 Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node);

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/mantle_loads.h"
 #include "model/plant.h"
 
 namespace mantle::model {
@@ -44,8 +43,7 @@ Vector6 NodeLoads(const Rod& rod, int node, const SectionMotion& motion, double 
   const RodNode& at = rod.nodes[node];
   Vector6 w = Vector6::Zero();
   for (const SectionLoad& load : rod.loads) {
-    const double scale =
-        at.weight_m * (std::holds_alternative<GravityLoad>(load) ? gravity_scale : 1.0);
+    const double scale = at.weight_m * FieldScale(load, gravity_scale);
     w += scale * std::visit([&](const auto& l) { return l.Density(at.section, motion); }, load);
   }
   return w;
@@ -126,9 +124,7 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
 EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
                                  const PlantInputs& inputs, PlantWork* work) {
   const Shell& shell = *plant.shell;
-  const Mantle& mantle = *plant.robot.mantle;
   const Effects& effects = plant.robot.effects;
-  const double rho = plant.robot.water.density_kg_m3;
   const int n = shell.element_count();
   const std::vector<Vector3>& q = state.shape;
   const Vector6 root = state.velocity.head<6>();
@@ -165,69 +161,37 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
     }
     work->cable_length_m[index] = length;
     work->cable_rate_m_s[index] = rate;
-    const double u = work->cable_tension_n[index] = CableTension(inputs.cables[index], length, rate);
+    const double u = work->cable_tension_n[index] =
+        CableTension(inputs.cables[index], length, rate);
     for (int j = 0; j <= n; ++j) {
       f(0, j) -= u * s.spokes * s.strip.area_m2[j] / s.strip.total_m2;
     }
   }
-  if (effects.normal_pressure) {
-    ShellWallVolumeGradient(q, &work->volume_gradient);
-    for (int j = 0; j <= n; ++j) nodes[j] += inputs.normal_pressure_pa * work->volume_gradient[j];
-  }
-
   work->volume_m3 = ShellVolume(q);
   ShellVolumeGradient(q, &work->volume_gradient);
-  work->volume_rate_m3_s = 0;
-  double radial_flux = 0;
+  work->volume_rate_m3_s = work->radial_flux_m3_s = 0;
   for (int j = 0; j <= n; ++j) {
     work->volume_rate_m3_s += work->volume_gradient[j].dot(v[j]);
-    radial_flux += work->volume_gradient[j](0) * v[j](0);
-  }
-  if (effects.jet_thrust) {
-    work->flux_m3_s =
-        effects.jet_thrust->flux == FluxReading::kVolume ? work->volume_rate_m3_s : radial_flux;
-    work->thrust_n = EvaluateJet(mantle, rho, work->flux_m3_s).thrust_n;
-    for (int j = 0; j <= n; ++j) f(1, j) += work->thrust_n * shell.thrust_share[j];
-    work->force(5) += work->thrust_n;
+    work->radial_flux_m3_s += work->volume_gradient[j](0) * v[j](0);
   }
   work->mean_axial_speed_m_s = root(5);
   for (int j = 0; j <= n; ++j) {
     work->mean_axial_speed_m_s += shell.nodes[j].area_m2 / shell.area_m2 * v[j](1);
   }
-  if (effects.drag) {
-    work->mantle_drag_n = MantleDrag(mantle, rho, work->max_radius_m, work->mean_axial_speed_m_s);
-    for (int j = 0; j <= n; ++j) {
-      f(1, j) += work->mantle_drag_n * shell.nodes[j].area_m2 / shell.area_m2;
-    }
-    work->force(5) += work->mantle_drag_n;
-  }
-  if (effects.lateral_drag) {
-    work->force.head<6>() += MantleLateralDrag(q, rho, effects.lateral_drag->coefficient, root);
-  }
-  if (plant.has_gravity()) {
-    const double solid = mantle.material.density_kg_m3;
-    const double net = (effects.weight ? solid : 0.0) - (effects.buoyancy ? rho : 0.0);
-    const Vector3 g = inputs.gravity_scale * 2.0 * mantle.half_thickness_m * net *
-                      (state.pose[0].rotation.conjugate() * effects.gravity_m_s2);
-    double moment = 0;
-    for (int j = 0; j <= n; ++j) {
-      if (plant.exact()) f(1, j) += g.z() * shell.nodes[j].area_m2;
-      moment += shell.nodes[j].area_m2 * q[j](1);
-    }
-    work->force(0) -= moment * g.y();
-    work->force(1) += moment * g.x();
-    work->force.segment<3>(3) += shell.area_m2 * g;
-  }
   work->mantle_inertia = EvaluateMantleInertia(shell, plant.water_options, q, v.data());
+  const ShellMotion motion = MantleMotionOf(plant, state, inputs, *work);
+  ShellForces forces{
+      nodes,           work->force.data(),  &work->gradient_scratch, &work->flux_m3_s,
+      &work->thrust_n, &work->mantle_drag_n};
+  for (const MantleLoad& load : plant.mantle_loads) {
+    std::visit([&](const auto& l) { l.AddForces(motion, &forces); }, load);
+  }
   if (plant.exact()) {
     if (effects.lateral_added_mass || effects.contained_water) {
       work->cavity = EvaluateCavity(q, v.data());
     }
     AddCentrifugalForces(shell, plant.water_options, work->mantle_inertia, work->cavity, q, root,
                          nodes);
-  }
-  if (effects.contained_water) {
-    work->force.head<6>() += OutflowWrench(work->mantle_inertia, q.back()(1), root);
   }
   for (int j : {0, n}) {
     nodes[j] = nodes[j].cwiseProduct(Vector3::Ones() - shell.nodes[j].held);
@@ -257,18 +221,10 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
     momentum(5) += work->mantle_inertia.axial_momentum;
   }
   work->force.head<6>() += CoadjointTimes(eta, momentum);
-  if (plant.buoyant_mass_kg != 0.0) {
-    const Vector3 f = inputs.gravity_scale * plant.buoyant_mass_kg *
-                      (state.pose[0].rotation.conjugate() * plant.robot.effects.gravity_m_s2);
-    work->force.head<3>() += plant.buoyant_centre_m.cross(f);
-    work->force.segment<3>(3) += f;
-  }
-  const Effects& effects = plant.robot.effects;
-  if (effects.roll_drag) work->force.head<6>() += RollDragWrench(*effects.roll_drag, eta);
-  if (effects.rigid_drag && plant.robot.rigid_body) {
-    work->force.head<6>() += RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag,
-                                           plant.robot.water.density_kg_m3, eta);
-  }
+  Vector6 wrench = work->force.head<6>();
+  AddRootWrenches(plant.root_loads, {state.pose[0].rotation, eta}, inputs.gravity_scale, 1.0,
+                  &wrench);
+  work->force.head<6>() = wrench;
 }
 
 }  // namespace

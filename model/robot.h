@@ -216,6 +216,17 @@ struct Effects {
 
 enum class Coupling { kExact, kFrozen };
 
+/// Factors by which a robot differs from its description, as a plant does from a controller's
+/// model. What each one acts on is said by the materials (model/mismatch.h) and by every load
+/// (its `Scale`).
+struct Mismatch {
+  double young{1}, viscosity{1}, drag{1}, added_mass{1}, jet{1};
+
+  bool none() const {
+    return young == 1 && viscosity == 1 && drag == 1 && added_mass == 1 && jet == 1;
+  }
+};
+
 struct Robot {
   std::string name;
   Water water;
@@ -227,6 +238,7 @@ struct Robot {
   std::optional<Mantle> mantle;
   std::optional<RigidBody> rigid_body;
   Effects effects;
+  Mismatch mismatch;
   double body_length_m{0};  ///< for relative errors; 0: extent of the reference shape
 };
 

@@ -236,14 +236,7 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
     node.section.area_m2 /= node.weight_m;
     node.section.radius_m /= node.weight_m;
   }
-  if (effects.weight || effects.buoyancy) {
-    const double density =
-        arm.inertia ? (*arm.inertia)(5) / (std::numbers::pi * std::pow(arm.radius_base_m, 2))
-                    : arm.material.density_kg_m3;
-    rod.loads.push_back(GravityLoad{effects.gravity_m_s2, effects.weight ? density : 0.0,
-                                    effects.buoyancy ? water.density_kg_m3 : 0.0});
-  }
-  if (effects.drag) rod.loads.push_back(DragLoad{water.density_kg_m3, arm.drag_coefficients});
+  rod.loads = MakeSectionLoads(arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {
     rod.distributed.push_back(
         {d.name, DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame}, d.schedule});

@@ -56,11 +56,13 @@ struct RodCable {
   std::vector<CablePiece> pieces;  ///< elements 0, 1, ... up to the cable's end
   double rest_length_m{0};
   CableDrive drive;
+  int power_place{-1};  ///< see PowerNames; as of every load here
 };
 
 struct RodPoint {
   int node;
   PointWrench load;
+  int power_place{-1};
 };
 
 struct Rod {
@@ -75,6 +77,7 @@ struct Rod {
     std::string name;
     DistributedLoad load;
     Schedule schedule;
+    int power_place{-1};
   };
   std::vector<Distributed> distributed;
   std::vector<RodPoint> points;

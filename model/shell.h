@@ -31,11 +31,13 @@ struct ShellSpokes {
   int spokes;
   double rest_length_m{0};  ///< n times the mean r of the strip
   CableDrive drive;
+  int power_place{-1};  ///< see PowerNames
 };
 
 struct ShellStrip {
   StripWeights strip;
   Schedule pressure_pa;
+  int power_place{-1};
 };
 
 struct Shell {

@@ -123,9 +123,8 @@ StepStatus Simulation::CheckRunaway() const {
     if (jet.flux == FluxReading::kRadial) v(1) = 0;
     flux += gradient_[j].dot(v);
   }
-  return JudgeThrust(
-      plant_, state_.time_s,
-      EvaluateJet(*plant_.robot.mantle, plant_.robot.water.density_kg_m3, flux).thrust_n);
+  return JudgeThrust(plant_, state_.time_s,
+                     FindLoad<JetLoad>(plant_.mantle_loads)->Evaluate(flux).thrust_n);
 }
 
 StepStatus Simulation::TakeStep(double limit_s) {

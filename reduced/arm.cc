@@ -193,10 +193,8 @@ ReducedArm MakeReducedArm(const model::Plant& plant, int a, const ArmReduction& 
     out.needs_rotation |= p.load.frame == model::LoadFrame::kWorld;
   }
   for (const model::SectionLoad& load : rod.loads) {
-    if (const auto* g = std::get_if<model::GravityLoad>(&load)) {
-      if (g->body_density_kg_m3 == g->water_density_kg_m3) continue;  // neutral: exactly nothing
-      out.needs_rotation = true;
-    }
+    if (std::visit([](const auto& l) { return l.IsNothing(); }, load)) continue;
+    out.needs_rotation |= std::visit([](const auto& l) { return l.NeedsRotation(); }, load);
     out.loads.push_back(load);
   }
   for (const auto& d : rod.distributed) {

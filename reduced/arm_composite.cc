@@ -68,13 +68,16 @@ void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode&
       eta};
   model::LoadTangent t;
   for (const model::SectionLoad& load : arm.loads) {
-    if (std::holds_alternative<model::GravityLoad>(load)) {
-      model::LoadTangent one;
-      std::visit([&](const auto& l) { l.AddTangent(node.section, motion, &one); }, load);
-      t.force_by_rotation += m.gravity_scale * one.force_by_rotation;
-    } else {
-      std::visit([&](const auto& l) { l.AddTangent(node.section, motion, &t); }, load);
-    }
+    std::visit(
+        [&]<typename Load>(const Load& l) {
+          if constexpr (!Load::kField) return l.AddTangent(node.section, motion, &t);
+          model::LoadTangent one;
+          l.AddTangent(node.section, motion, &one);
+          t.force_by_rotation += m.gravity_scale * one.force_by_rotation;
+          t.moment_by_rotation += m.gravity_scale * one.moment_by_rotation;
+          t.force_by_velocity += m.gravity_scale * one.force_by_velocity;
+        },
+        load);
   }
   for (std::size_t k = 0; k < arm.distributed.size(); ++k) {
     if (m.distributed[k] == 0.0 || arm.distributed[k].frame == model::LoadFrame::kBody) continue;

@@ -98,8 +98,7 @@ Vector6 SectionWrench(const ReducedArm& arm, const ArmMotion& m, const model::Ro
   w -= CoadjointTimes(eta, inertia.cwiseProduct(eta));
   const model::SectionMotion motion = MotionOf(arm, m, rotation, eta);
   for (const model::SectionLoad& load : arm.loads) {
-    const double scale =
-        node.weight_m * (std::holds_alternative<model::GravityLoad>(load) ? m.gravity_scale : 1.0);
+    const double scale = node.weight_m * FieldScale(load, m.gravity_scale);
     w -= scale * std::visit([&](const auto& l) { return l.Density(node.section, motion); }, load);
   }
   for (std::size_t k = 0; k < arm.distributed.size(); ++k) {

@@ -227,6 +227,10 @@ ReducedMantle MakeReducedMantle(const Plant& plant, const MantleReduction& reduc
   m.size = static_cast<int>(m.basis.shapes.cols());
   m.reference = shell.reference;
   m.material = shell.material;
+  m.loads = plant.mantle_loads;
+  m.area_m2 = shell.area_m2;
+  m.water_density_kg_m3 = plant.robot.water.density_kg_m3;
+  m.solid_volume_m3 = plant.water_options.solid_volume_m3;
   const int n = shell.node_count();
   std::vector<double> mass(n), area(n);
   for (int j = 0; j < n; ++j) {

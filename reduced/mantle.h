@@ -60,6 +60,10 @@ struct ReducedMantle {
   Matrix6 inertia_pattern[4];
   Matrix6 axial_pattern;  ///< times sum m (1 + B)
   double axial_mass_kg{0};
+
+  std::vector<model::MantleLoad> loads;  ///< the plant's
+  double area_m2{0};                     ///< of the reference surface
+  double water_density_kg_m3{0}, solid_volume_m3{0};
 };
 
 /// Throws model::BadRobot.
@@ -68,7 +72,8 @@ ReducedMantle MakeReducedMantle(const model::Plant& plant, const MantleReduction
 struct MantleMotion {
   const double *s, *s_dot, *s_ddot;
   Vector6 root_twist, root_acceleration;
-  Vector3 gravity_m_s2;  ///< in the root frame, scaled
+  Eigen::Quaterniond root_rotation;
+  double field_scale;  ///< of loads of a field
   const model::CableInput* spokes;
   const double* strips_pa;
   double normal_pressure_pa;
@@ -95,9 +100,9 @@ struct MantleWork {
 };
 
 /// nullptr, or why the shape cannot be evaluated.
-const char* EvaluateMantle(const ReducedMantle& mantle, const model::Plant& plant,
-                           const MantleMotion& motion, MantleWork* work);
-void LineariseMantle(const ReducedMantle& mantle, const model::Plant& plant,
-                     const MantleMotion& motion, int first, MantleWork* work, Linearisation* out);
+const char* EvaluateMantle(const ReducedMantle& mantle, const MantleMotion& motion,
+                           MantleWork* work);
+void LineariseMantle(const ReducedMantle& mantle, const MantleMotion& motion, int first,
+                     MantleWork* work, Linearisation* out);
 
 }  // namespace mantle::reduced

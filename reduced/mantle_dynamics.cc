@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "reduced/mantle_loads.h"
 #include "reduced/mantle_terms.h"
 
 namespace mantle::reduced {
@@ -8,12 +9,11 @@ namespace {
 using model::CoadjointTimes;
 using Map = Eigen::Map<const VectorX>;
 
-void EvaluateWater(const ReducedMantle& m, const model::Plant& plant, const Map& s_dot,
-                   MantleWork* work) {
+void EvaluateWater(const ReducedMantle& m, const Map& s_dot, MantleWork* work) {
   const auto gradient = [&](int i) { return work->values.gradient.col(i); };
   const double v0 = work->volume_m3;
-  const double rho = plant.robot.water.density_kg_m3;
-  const double free = v0 - plant.water_options.solid_volume_m3;
+  const double rho = m.water_density_kg_m3;
+  const double free = v0 - m.solid_volume_m3;
   work->water_kg = rho * std::max(free, 0.0);
   work->centroid_m = work->values.value(m.moment1) / v0;
   work->water_gradient.setZero();
@@ -43,20 +43,6 @@ void EvaluateElements(const ReducedMantle& m, const MantleMotion& motion, Mantle
   work->residual = sum;
 }
 
-// Lateral drag, for k times radius and height of each slice.
-template <int K>
-Vector6 SliceDrag(const ReducedMantle& m, double k, const Map& s, const Vector6& eta) {
-  const Eigen::Map<const MantleVector<K>> x(s.data(), m.size);
-  Vector6 drag = Vector6::Zero();
-  for (const LateralSlice& slice : m.slices) {
-    const double radius = slice.r + Fixed<K>(slice.r_row).dot(x);
-    const double height = std::abs(slice.height + Fixed<K>(slice.height_row).dot(x));
-    model::AddLateralDragSlice(k * radius * height, slice.z + Fixed<K>(slice.z_row).dot(x), eta,
-                               &drag);
-  }
-  return drag;
-}
-
 }  // namespace
 
 MantleWork::MantleWork(const ReducedMantle& m)
@@ -76,11 +62,7 @@ MantleWork::MantleWork(const ReducedMantle& m)
   m.polynomials.Size(&values);
 }
 
-const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
-                           const MantleMotion& motion, MantleWork* work) {
-  const model::Effects& effects = plant.robot.effects;
-  const model::Mantle& mantle = *plant.robot.mantle;
-  const double rho = plant.robot.water.density_kg_m3;
+const char* EvaluateMantle(const ReducedMantle& m, const MantleMotion& motion, MantleWork* work) {
   const Map s(motion.s, m.size), s_dot(motion.s_dot, m.size), s_ddot(motion.s_ddot, m.size);
   const Vector6& eta = motion.root_twist;
 
@@ -113,8 +95,8 @@ const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
     rate += gradient(at).dot(s_dot) * m.inertia_pattern[i];
     r -= (0.5 * eta.dot(m.inertia_pattern[i] * eta)) * gradient(at);
   }
-  if (effects.contained_water) {
-    EvaluateWater(m, plant, s_dot, work);
+  if (m.moment1 >= 0) {
+    EvaluateWater(m, s_dot, work);
     for (int i = 0; i < 3; ++i) {
       const WaterShare share = ShareOf(*work, i);
       inertia += share.value * m.inertia_pattern[i];
@@ -130,20 +112,9 @@ const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
   w = inertia * motion.root_acceleration + rate * eta - CoadjointTimes(eta, momentum);
   w(5) += m.axial_coupling.dot(s_ddot);
 
-  if (effects.jet_thrust) {
-    work->flux_m3_s =
-        m.flux < 0 ? work->volume_rate_m3_s : work->values.value.segment(m.flux, m.size).dot(s_dot);
-    const model::Jet jet = EvaluateJet(mantle, rho, work->flux_m3_s);
-    work->thrust_n = jet.thrust_n;
-    work->thrust_by_flux = jet.thrust_by_flux;
-    r -= jet.thrust_n * m.thrust;
-    w(5) -= jet.thrust_n;
-  }
   work->axial_speed_m_s = eta(5) + m.mean_axial.dot(s_dot);
-  if (effects.drag) {
-    work->drag_n = MantleDrag(mantle, rho, work->max_radius_m, work->axial_speed_m_s);
-    r -= work->drag_n * m.mean_axial;
-    w(5) -= work->drag_n;
+  for (const model::MantleLoad& load : m.loads) {
+    std::visit([&](const auto& l) { AddToResidual(l, m, motion, work); }, load);
   }
   for (std::size_t k = 0; k < m.strips.size(); ++k) r += motion.strips_pa[k] * m.strips[k];
   for (std::size_t k = 0; k < m.spokes.size(); ++k) {
@@ -152,26 +123,6 @@ const char* EvaluateMantle(const ReducedMantle& m, const model::Plant& plant,
     work->cable_tension_n[k] =
         model::CableTension(motion.spokes[k], work->cable_length_m[k], work->cable_rate_m_s[k]);
     r += work->cable_tension_n[k] * m.spokes[k].gradient;
-  }
-  if (m.wall >= 0) r -= motion.normal_pressure_pa * work->values.value.segment(m.wall, m.size);
-  if (effects.lateral_drag) {
-    const double k = rho * effects.lateral_drag->coefficient;
-    const Vector6 drag =
-        m.size == 3 ? SliceDrag<3>(m, k, s, eta) : SliceDrag<Eigen::Dynamic>(m, k, s, eta);
-    w -= drag;
-  }
-  if (plant.has_gravity()) {
-    const Vector3 g = SurfaceWeight(plant, motion.gravity_m_s2);
-    const double moment = m.axial_moment + m.axial_area.dot(s);
-    r -= g.z() * m.axial_area;
-    w(0) += moment * g.y();
-    w(1) -= moment * g.x();
-    w.tail<3>() -= plant.shell->area_m2 * g;
-  }
-  if (effects.contained_water) {
-    model::MantleInertia water;
-    water.contained_rate_kg_s = work->water_rate_kg_s;
-    w -= OutflowWrench(water, m.lip_z + m.lip_z_row.dot(s), eta);
   }
   if (!r.allFinite() || !w.allFinite()) return "a force on the mantle is not finite";
   return nullptr;

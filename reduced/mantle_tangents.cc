@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "reduced/mantle_loads.h"
 #include "reduced/mantle_terms.h"
 
 namespace mantle::reduced {
@@ -28,36 +29,12 @@ void AddElementTangents(const ReducedMantle& m, const MantleWork& work, Block st
   damping += by_velocity;
 }
 
-// Derivatives of the lateral drag, for c times radius and height of each slice.
-template <int K>
-void AddSliceTangents(const ReducedMantle& m, double c, const Map& s, const Vector6& eta,
-                      Matrix6* by_twist, Block root_by_shape) {
-  const Eigen::Map<const MantleVector<K>> x(s.data(), m.size);
-  MantleRows<K, 6> sum = MantleRows<K, 6>::Zero(6, m.size);
-  for (const LateralSlice& slice : m.slices) {
-    const auto r_row = Fixed<K>(slice.r_row), z_row = Fixed<K>(slice.z_row),
-               height_row = Fixed<K>(slice.height_row);
-    const double radius = slice.r + r_row.dot(x);
-    const double height = slice.height + height_row.dot(x);
-    const double sign = height < 0.0 ? -1.0 : 1.0;
-    Vector6 by_z = Vector6::Zero(), by_k = Vector6::Zero();
-    model::AddLateralDragSliceTangent(c * radius * sign * height, slice.z + z_row.dot(x), eta,
-                                      by_twist, &by_z, &by_k);
-    const MantleVector<K> row = (c * sign) * (height * r_row + radius * height_row);
-    sum.noalias() += by_z.lazyProduct(z_row.transpose());
-    sum.noalias() += by_k.lazyProduct(row.transpose());
-  }
-  root_by_shape -= sum;
-}
-
 }  // namespace
 
-void LineariseMantle(const ReducedMantle& m, const model::Plant& plant, const MantleMotion& motion,
-                     int first, MantleWork* work, Linearisation* out) {
-  const model::Effects& effects = plant.robot.effects;
-  const double rho = plant.robot.water.density_kg_m3;
+void LineariseMantle(const ReducedMantle& m, const MantleMotion& motion, int first,
+                     MantleWork* work, Linearisation* out) {
   const int k = m.size;
-  const Map s(motion.s, k), s_dot(motion.s_dot, k);
+  const Map s_dot(motion.s_dot, k);
   const Vector6 eta = motion.root_twist, alpha = motion.root_acceleration;
   work->polynomials.Evaluate(motion.s, true, &work->values);
   const auto gradient = [&](int i) { return work->values.gradient.col(i); };
@@ -79,7 +56,7 @@ void LineariseMantle(const ReducedMantle& m, const model::Plant& plant, const Ma
 
   // Inertia: functions c_i of the shape with gradient and Hessian, water's share added.
   Matrix6 inertia = m.axial_mass_kg * m.axial_pattern, rate = Matrix6::Zero();
-  const bool water = effects.contained_water;
+  const bool water = m.moment1 >= 0;
   if (water) {
     const double inverse = 1.0 / work->volume_m3;
     Eigen::MatrixXd& h = work->centroid_hessian;
@@ -87,7 +64,7 @@ void LineariseMantle(const ReducedMantle& m, const model::Plant& plant, const Ma
     h.noalias() -= inverse * work->centroid_gradient.lazyProduct(gradient(m.volume).transpose());
     h.noalias() -= inverse * gradient(m.volume).lazyProduct(work->centroid_gradient.transpose());
   }
-  const double water_density = water && work->water_kg > 0.0 ? rho : 0.0;
+  const double water_density = water && work->water_kg > 0.0 ? m.water_density_kg_m3 : 0.0;
   for (int i = 0; i < 4; ++i) {
     const Matrix6& pattern = m.inertia_pattern[i];
     const Vector6 turned = pattern * eta;
@@ -139,48 +116,10 @@ void LineariseMantle(const ReducedMantle& m, const model::Plant& plant, const Ma
     const Vector6 by_twist =
         work->water_kg * (t.cross_by_twist + work->centroid_m * t.pitch2_by_twist);
     shape_by_root.noalias() -= gz.lazyProduct(by_twist.transpose());
-    if (work->water_rate_kg_s < 0.0) {  // OutflowWrench = m_dot (a (a . eta) + b (b . eta))
-      const double z = m.lip_z + m.lip_z_row.dot(s), flow = work->water_rate_kg_s;
-      Vector6 a, b;
-      a << 0, z, 0, 1, 0, 0;
-      b << -z, 0, 0, 0, 1, 0;
-      const double ua = a.dot(eta), ub = b.dot(eta);
-      const Vector6 by_flow = ua * a + ub * b;
-      Vector6 by_z;
-      by_z << -flow * ub, flow * ua, 0, 0, 0, 0;
-      by_z += flow * (eta(1) * a - eta(0) * b);
-      damping_root.noalias() -= flow * (a * a.transpose());
-      damping_root.noalias() -= flow * (b * b.transpose());
-      work->row.noalias() = water_density * hessian(m.volume).lazyProduct(s_dot);
-      root_by_rate.noalias() -= by_flow.lazyProduct(work->water_gradient.transpose());
-      root_by_shape.noalias() -= by_flow.lazyProduct(work->row.transpose());
-      root_by_shape.noalias() -= by_z.lazyProduct(m.lip_z_row.transpose());
-    }
+    AddOutflowTangent(m, motion, first, work, out);
   }
-  if (effects.jet_thrust) {
-    if (m.flux < 0) {
-      work->column = work->thrust_by_flux * gradient(m.volume);
-      work->row.noalias() = work->thrust_by_flux * hessian(m.volume).lazyProduct(s_dot);
-    } else {
-      work->column = work->thrust_by_flux * work->values.value.segment(m.flux, k);
-      work->row.noalias() =
-          work->thrust_by_flux * work->values.gradient.middleCols(m.flux, k).lazyProduct(s_dot);
-    }
-    damping.noalias() -= m.thrust.lazyProduct(work->column.transpose());
-    stiffness.noalias() -= m.thrust.lazyProduct(work->row.transpose());
-    root_by_rate.row(5) -= work->column.transpose();
-    root_by_shape.row(5) -= work->row.transpose();
-  }
-  if (effects.drag && work->axial_speed_m_s != 0.0) {  // quadratic in speed and in radius
-    const double by_speed = 2.0 * work->drag_n / work->axial_speed_m_s;
-    const double by_radius = 2.0 * work->drag_n / work->max_radius_m;
-    damping.noalias() -= by_speed * m.mean_axial.lazyProduct(m.mean_axial.transpose());
-    shape_by_root.col(5) -= by_speed * m.mean_axial;
-    root_by_rate.row(5) -= by_speed * m.mean_axial.transpose();
-    damping_root(5, 5) -= by_speed;
-    const auto widest = m.radius_rows.row(work->widest);
-    stiffness.noalias() -= by_radius * m.mean_axial.lazyProduct(widest);
-    root_by_shape.row(5) -= by_radius * widest;
+  for (const model::MantleLoad& load : m.loads) {
+    std::visit([&](const auto& l) { AddToTangent(l, m, motion, first, work, out); }, load);
   }
   for (std::size_t c = 0; c < m.spokes.size(); ++c) {
     const model::CableInput& in = motion.spokes[c];
@@ -188,34 +127,6 @@ void LineariseMantle(const ReducedMantle& m, const model::Plant& plant, const Ma
     const VectorX& g = m.spokes[c].gradient;
     stiffness.noalias() += in.stiffness_n_m * g.lazyProduct(g.transpose());
     damping.noalias() += in.damping_n_s_m * g.lazyProduct(g.transpose());
-  }
-  if (m.wall >= 0) {
-    stiffness.noalias() -=
-        motion.normal_pressure_pa * work->values.gradient.middleCols(m.wall, k).transpose();
-  }
-  if (effects.lateral_drag) {
-    const double c = rho * effects.lateral_drag->coefficient;
-    Matrix6 by_twist = Matrix6::Zero();
-    if (m.size == 3) {
-      AddSliceTangents<3>(m, c, s, eta, &by_twist, root_by_shape);
-    } else {
-      AddSliceTangents<Eigen::Dynamic>(m, c, s, eta, &by_twist, root_by_shape);
-    }
-    damping_root -= by_twist;
-  }
-  if (plant.has_gravity()) {
-    const Vector3 g = SurfaceWeight(plant, motion.gravity_m_s2);
-    if (g.isZero(0.0)) return;
-    // R^T g turns by (R^T g) x zeta when the root turns by zeta
-    const Matrix3 turn = model::Hat(g);
-    const double moment = m.axial_moment + m.axial_area.dot(s);
-    auto by_rotation = out->stiffness.topLeftCorner<6, 3>();
-    by_rotation.row(0) += moment * turn.row(1);
-    by_rotation.row(1) -= moment * turn.row(0);
-    by_rotation.bottomRows<3>() -= plant.shell->area_m2 * turn;
-    out->stiffness.block(first, 0, k, 3).noalias() -= m.axial_area.lazyProduct(turn.row(2));
-    root_by_shape.row(0) += g.y() * m.axial_area.transpose();
-    root_by_shape.row(1) -= g.x() * m.axial_area.transpose();
   }
 }
 

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "model/mantle_loads.h"
 #include "reduced/mantle.h"
 
 /// Parts that the mantle's residual and its derivatives share.
@@ -43,15 +42,6 @@ inline Turn TurnOf(const Vector6& eta) {
   t.cross_by_twist << -eta(4), eta(3), 0, eta(1), -eta(0), 0;
   t.pitch2_by_twist << 2 * eta(0), 2 * eta(1), 0, 0, 0, 0;
   return t;
-}
-
-/// Shell weight minus buoyancy in the root frame, per reference area.
-inline Vector3 SurfaceWeight(const model::Plant& plant, const Vector3& gravity) {
-  const model::Effects& effects = plant.robot.effects;
-  const model::Mantle& m = *plant.robot.mantle;
-  const double net = (effects.weight ? m.material.density_kg_m3 : 0.0) -
-                     (effects.buoyancy ? plant.robot.water.density_kg_m3 : 0.0);
-  return 2.0 * m.half_thickness_m * net * gravity;
 }
 
 /// Coefficients m z^i of the contained water in L_i, as (d/dm, d/dz).

@@ -1,6 +1,5 @@
 #include <Eigen/Cholesky>
 
-#include "model/mantle_loads.h"
 #include "reduced/reduced_model.h"
 
 namespace mantle::reduced {
@@ -33,17 +32,13 @@ ArmMotion MotionOf(const ReducedModel& model, int a, const ReducedState& state,
 MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
                       const VectorX& acceleration, const PlantInputs& inputs) {
   const int first = model.mantle_first();
-  Vector3 gravity = Vector3::Zero();
-  if (model.plant.has_gravity()) {
-    gravity = inputs.gravity_scale *
-              (state.root.rotation.conjugate() * model.plant.robot.effects.gravity_m_s2);
-  }
   return {state.q.data() + first,
           state.v.data() + 6 + first,
           acceleration.data() + 6 + first,
           state.v.head<6>(),
           acceleration.head<6>(),
-          gravity,
+          state.root.rotation,
+          inputs.gravity_scale,
           inputs.cables.data() + model.plant.SpokeIndex(0),
           inputs.strips_pa.data(),
           inputs.normal_pressure_pa};
@@ -53,44 +48,25 @@ MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
 Vector6 RootResidual(const ReducedModel& model, const ReducedState& state,
                      const VectorX& acceleration, const PlantInputs& inputs) {
   const model::Plant& plant = model.plant;
-  const model::Effects& effects = plant.robot.effects;
   const Vector6 eta = state.v.head<6>();
   Vector6 r =
       plant.rigid_inertia * acceleration.head<6>() - CoadjointTimes(eta, plant.rigid_inertia * eta);
-  if (plant.buoyant_mass_kg != 0.0) {
-    const Vector3 f = inputs.gravity_scale * plant.buoyant_mass_kg *
-                      (state.root.rotation.conjugate() * effects.gravity_m_s2);
-    r.head<3>() -= plant.buoyant_centre_m.cross(f);
-    r.tail<3>() -= f;
-  }
-  if (effects.roll_drag) r -= RollDragWrench(*effects.roll_drag, eta);
-  if (effects.rigid_drag && plant.robot.rigid_body) {
-    r -= RigidBodyDrag(*plant.robot.rigid_body, *effects.rigid_drag,
-                       plant.robot.water.density_kg_m3, eta);
-  }
+  AddRootWrenches(plant.root_loads, {state.root.rotation, eta}, inputs.gravity_scale, -1.0, &r);
   return r;
 }
 
 void LineariseRoot(const ReducedModel& model, const ReducedState& state, const PlantInputs& inputs,
                    ReducedJacobians* out) {
   const model::Plant& plant = model.plant;
-  const model::Effects& effects = plant.robot.effects;
   const Vector6 eta = state.v.head<6>();
   out->mass.topLeftCorner<6, 6>() += plant.rigid_inertia;
   auto damping = out->damping.topLeftCorner<6, 6>();
   damping -= model::CoadjointMatrix(plant.rigid_inertia * eta);
   damping -= model::SmallAdjoint(eta).transpose() * plant.rigid_inertia;
-  if (plant.buoyant_mass_kg != 0.0) {
-    const Matrix3 turn = model::Hat(inputs.gravity_scale * plant.buoyant_mass_kg *
-                                    (state.root.rotation.conjugate() * effects.gravity_m_s2));
-    out->stiffness.topLeftCorner<3, 3>() -= model::Hat(plant.buoyant_centre_m) * turn;
-    out->stiffness.block<3, 3>(3, 0) -= turn;
-  }
-  if (effects.roll_drag) damping -= RollDragTangent(*effects.roll_drag, eta);
-  if (effects.rigid_drag && plant.robot.rigid_body) {
-    damping -= RigidBodyDragTangent(*plant.robot.rigid_body, *effects.rigid_drag,
-                                    plant.robot.water.density_kg_m3, eta);
-  }
+  const model::RootTangent loads =
+      RootLoadTangent(plant.root_loads, {state.root.rotation, eta}, inputs.gravity_scale);
+  out->stiffness.topLeftCorner<6, 3>() -= loads.by_rotation;
+  damping -= loads.by_twist;
 }
 
 void AddCableColumn(const ReducedModel& model, const ReducedState& state,
@@ -170,7 +146,7 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
   }
   if (model.mantle) {
     const MantleMotion m = MotionOf(model, state, acceleration, inputs);
-    if (const char* cause = EvaluateMantle(*model.mantle, model.plant, m, &work->mantle[0])) {
+    if (const char* cause = EvaluateMantle(*model.mantle, m, &work->mantle[0])) {
       return {model.plant.shell->name.c_str(), cause};
     }
     work->residual.head<6>() += work->mantle[0].root_wrench;
@@ -193,7 +169,7 @@ void Linearise(const ReducedModel& model, const ReducedState& state, const Vecto
   }
   if (model.mantle) {
     const MantleMotion m = MotionOf(model, state, acceleration, inputs);
-    LineariseMantle(*model.mantle, model.plant, m, 6 + model.mantle_first(), &work->mantle[0], out);
+    LineariseMantle(*model.mantle, m, 6 + model.mantle_first(), &work->mantle[0], out);
   }
   if (!with_inputs) return;
   out->input.setZero();

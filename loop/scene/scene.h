@@ -2,24 +2,24 @@
 
 #include <filesystem>
 #include <optional>
-#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "controller/options.h"
 #include "loop/options.h"
+#include "loop/scene/catalogue.h"
 #include "loop/scene/toml_document.h"
 #include "model/robot.h"
 #include "model/simulation.h"
 #include "model/statics.h"
 #include "reduced/reduction.h"
 
-/// A scene: what one TOML file says, checked. docs/scene.md lists every key; a test compares it
-/// with this reader. Numbers are SI; texts carry a unit ("15 mm"). Unknown keys, wrong types and
-/// units, numbers that are not finite or out of bound, and effects that contradict the bodies are
-/// refused in one line that names scene, path, value, unit and bound. A scene that `extends`
-/// another file is that one with its own tables merged over it.
+/// A scene: what one TOML file says, checked. docs/scene.md lists every key, from the same
+/// descriptions as this reader has them. Numbers are SI; texts carry a unit ("15 mm"). Unknown
+/// keys, wrong types and units, numbers that are not finite or out of bound, and effects that
+/// contradict the bodies are refused in one line that names scene, path, value, unit and bound. A
+/// scene that `extends` another file is that one with its own tables merged over it.
 
 namespace mantle::scene {
 
@@ -37,18 +37,24 @@ struct Scene {
   loop::Mismatch mismatch;
   bool has_time{false};     ///< the scene has a table [time]: it is meant to be run
   bool has_statics{false};  ///< the scene has a table [statics]: it is meant to be solved
+  /// The scene as TOML with every default spelt out, overrides and what it extends merged in; read
+  /// from the same directory it gives the same scene, bit for bit. What is said by the absence of a
+  /// key stays absent.
+  std::string text;
+  std::vector<std::filesystem::path> files;  ///< that it extends or names, and that were read
 };
 
-/// Reads a file; `overrides` ("time.step=0.005") are applied before anything is checked. Throws
-/// BadScene where the file is missing, unreadable or wrong.
+/// Reads a file; `overrides` ("time.step=0.005") are applied before anything is checked, one of
+/// `extends` before the others. Throws BadScene where the file is missing, unreadable or wrong.
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
 
 /// The same from a text. `name` stands in messages; files that the scene names are looked up in
-/// `directory`. `known_keys`, where not null, receives every key the reader asked for
-/// ("arms.length"), also where it then throws.
+/// `directory`.
 Scene ParseScene(std::string_view toml, const std::string& name,
                  const std::filesystem::path& directory = ".",
-                 const std::vector<std::string>& overrides = {},
-                 std::set<std::string>* known_keys = nullptr);
+                 const std::vector<std::string>& overrides = {});
+
+/// Every key that a scene may have.
+Catalogue SceneCatalogue();
 
 }  // namespace mantle::scene

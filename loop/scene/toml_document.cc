@@ -7,6 +7,8 @@
 #include <charconv>
 #include <optional>
 
+#include "loop/scene/text.h"
+
 namespace mantle::scene {
 namespace {
 
@@ -41,18 +43,52 @@ TomlValue Convert(const toml::node& node) {
 }
 
 BadScene BadOverride(std::string_view text, const std::string& why) {
-  return BadScene(fmt::format("--set {}: {}", text, why));
+  return BadScene(fmt::format("--set {}: {}", Printable(text), why));
+}
+
+// The most parts that a key in `text` has, a.b.c being three. Dots in texts and comments do not
+// count, those of numbers do: a number has one.
+int MostKeyParts(std::string_view text) {
+  int parts = 1, most = 1;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size());
+      parts = 1;
+    } else if (c == '"' || c == '\'') {
+      const std::string_view quotes = text.substr(i, 3);
+      const bool block = quotes == "\"\"\"" || quotes == "'''";
+      const std::string_view end = block ? quotes : text.substr(i, 1);
+      for (i += end.size(); i < text.size() && text.substr(i, end.size()) != end; ++i) {
+        if (c == '"' && text[i] == '\\') ++i;
+        if (!block && i < text.size() && text[i] == '\n') break;
+      }
+      i += end.size() - 1;
+    } else if (c == '.') {
+      most = std::max(most, ++parts);
+    } else if (c == '\n' || c == '=' || c == ',' || c == '[' || c == '{') {
+      parts = 1;
+    }
+  }
+  return most;
+}
+
+// What stands against reading `text`; empty where nothing does.
+std::string Objection(std::string_view text) {
+  if (!IsUtf8(text)) return "is not UTF-8 text";
+  const int parts = MostKeyParts(text);
+  return parts > kMaxKeyParts
+             ? fmt::format("a key has {} parts, must be <= {}", parts, kMaxKeyParts)
+             : "";
 }
 
 TomlValue ValueOfOverride(std::string_view text) {
   try {
-    return Convert(*toml::parse(fmt::format("x = {}", text)).get("x"));
+    const toml::table parsed = toml::parse(fmt::format("x = {}", text));
+    if (parsed.size() == 1 && parsed.contains("x")) return Convert(*parsed.get("x"));
   } catch (const toml::parse_error&) {
-    TomlValue out;
-    out.kind = Kind::kText;
-    out.text = text;
-    return out;
   }
+  return TomlText(std::string(text));
 }
 
 std::optional<std::size_t> Index(std::string_view text) {
@@ -108,6 +144,57 @@ TomlValue* TomlValue::Find(std::string_view key) {
   return at == keys.end() ? nullptr : &items[at - keys.begin()];
 }
 
+void TomlValue::Set(std::string_view key, TomlValue value) {
+  if (TomlValue* found = Find(key)) {
+    *found = std::move(value);
+  } else {
+    keys.emplace_back(key);
+    items.push_back(std::move(value));
+  }
+}
+
+void TomlValue::Remove(std::string_view key) {
+  const auto at = std::find(keys.begin(), keys.end(), key) - keys.begin();
+  if (at == static_cast<std::ptrdiff_t>(keys.size())) return;
+  keys.erase(keys.begin() + at);
+  items.erase(items.begin() + at);
+}
+
+TomlValue TomlBoolean(bool value) {
+  TomlValue out;
+  out.kind = Kind::kBoolean;
+  out.boolean = value;
+  return out;
+}
+
+TomlValue TomlInteger(int value) {
+  TomlValue out;
+  out.kind = Kind::kInteger;
+  out.number = value;
+  return out;
+}
+
+TomlValue TomlNumber(double value) {
+  TomlValue out;
+  out.kind = Kind::kNumber;
+  out.number = value;
+  return out;
+}
+
+TomlValue TomlText(std::string value) {
+  TomlValue out;
+  out.kind = Kind::kText;
+  out.text = std::move(value);
+  return out;
+}
+
+TomlValue TomlNumbers(const std::vector<double>& values) {
+  TomlValue out;
+  out.kind = Kind::kArray;
+  for (const double value : values) out.items.push_back(TomlNumber(value));
+  return out;
+}
+
 std::string Describe(const TomlValue& value) {
   switch (value.kind) {
     case Kind::kBoolean:
@@ -116,7 +203,7 @@ std::string Describe(const TomlValue& value) {
     case Kind::kNumber:
       return fmt::format("{}", value.number);
     case Kind::kText:
-      return fmt::format("\"{}\"", value.text);
+      return fmt::format("\"{}\"", Printable(value.text));
     case Kind::kArray: {
       if (value.items.size() > 6) return fmt::format("an array of {}", value.items.size());
       std::string out = "[";
@@ -135,13 +222,14 @@ std::string Describe(const TomlValue& value) {
 }
 
 TomlValue ParseToml(std::string_view text, const std::string& name) {
+  if (const std::string why = Objection(text); !why.empty()) {
+    throw BadScene(fmt::format("{}: {}", name, why));
+  }
   try {
     return Convert(toml::parse(text, name));
   } catch (const toml::parse_error& error) {
-    std::string what(error.description());
-    std::replace(what.begin(), what.end(), '\n', ' ');
     throw BadScene(fmt::format("{}: line {}, column {}: {}", name, error.source().begin.line,
-                               error.source().begin.column, what));
+                               error.source().begin.column, Printable(error.description())));
   }
 }
 
@@ -150,8 +238,16 @@ void ApplyOverride(std::string_view override_text, TomlValue* document) {
   if (equals == std::string_view::npos || equals == 0) {
     throw BadOverride(override_text, "must be key=value, such as time.step=0.005");
   }
+  if (const std::string why = Objection(override_text); !why.empty()) {
+    throw BadOverride(override_text, why);
+  }
+  const std::vector<std::string> steps = Steps(override_text.substr(0, equals));
+  if (steps.size() > kMaxKeyParts) {
+    throw BadOverride(override_text,
+                      fmt::format("a key has {} parts, must be <= {}", steps.size(), kMaxKeyParts));
+  }
   TomlValue* at = document;
-  for (const std::string& step : Steps(override_text.substr(0, equals))) {
+  for (const std::string& step : steps) {
     if (step.empty()) throw BadOverride(override_text, "the path has an empty part");
     at = Enter(override_text, step, at);
   }

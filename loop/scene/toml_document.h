@@ -28,13 +28,29 @@ struct TomlValue {
 
   const TomlValue* Find(std::string_view key) const;
   TomlValue* Find(std::string_view key);
+  /// Of a table: replaces the key's value or adds it at the end.
+  void Set(std::string_view key, TomlValue value);
+  /// Of a table: removes the key where it is there.
+  void Remove(std::string_view key);
 };
+
+TomlValue TomlBoolean(bool value);
+TomlValue TomlInteger(int value);
+TomlValue TomlNumber(double value);
+TomlValue TomlText(std::string value);
+TomlValue TomlNumbers(const std::vector<double>& values);
 
 /// Short rendering for messages ("[1, 2]", "\"soft\"", "a table").
 std::string Describe(const TomlValue& value);
 
-/// Throws BadScene, "name: line 3, column 7: ...".
+/// Throws BadScene, "name: line 3, column 7: ..."; also where the text is not UTF-8 or a key has
+/// more than kMaxKeyParts parts, which recursion below would not survive.
 TomlValue ParseToml(std::string_view text, const std::string& name);
+
+inline constexpr int kMaxKeyParts = 32;
+
+/// The document as TOML: ParseToml reads the same values back, bit for bit. Dates are not kept.
+std::string WriteToml(const TomlValue& document);
 
 /// Puts `over` on top of `base`: tables key by key, everything else whole.
 void MergeToml(const TomlValue& over, TomlValue* base);
@@ -42,7 +58,7 @@ void MergeToml(const TomlValue& over, TomlValue* base);
 /// Applies "dotted.path=value" to a document. An array of tables is entered by index or by the
 /// `name` of its element: `arms[0].elements=40`, `arms.arm.elements=40`. The value is TOML; what is
 /// not valid TOML is taken as a string (`time.step=5 ms`). Missing tables and keys are made, so
-/// that the reader can say what is unknown. Throws BadScene.
+/// that the reader can say what is unknown. Throws BadScene, also for what ParseToml refuses.
 void ApplyOverride(std::string_view override_text, TomlValue* document);
 
 }  // namespace mantle::scene

@@ -1,118 +1,98 @@
 #pragma once
 
 #include <filesystem>
-#include <initializer_list>
-#include <limits>
+#include <functional>
 #include <optional>
 #include <set>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "loop/scene/toml_document.h"
 #include "loop/scene/units.h"
-#include "model/lie.h"
+#include "model/schema.h"
 
-/// Typed access to one table of a scene. Every key that is asked for is known, every other key is
-/// an error; every message is one line that names scene, path, value, unit and bound:
+/// Reads one table of a scene into the values that a description names, and writes out what it
+/// read. Every key that the description visits is known, every other key is an error; every message
+/// is one line that names scene, path, value, unit and bound:
 ///
 ///   scene.toml: arms[0].radius[1]: -0.006 m: must be > 0
-///
-/// All functions throw BadScene.
 
 namespace mantle::scene {
 
-using model::Matrix3;
-using model::Vector3;
-using model::Vector6;
-
-/// Interval that a number must lie in.
-struct Range {
-  double low{-std::numeric_limits<double>::infinity()};
-  double high{std::numeric_limits<double>::infinity()};
-  bool low_open{false};
-
-  bool Contains(double x) const { return (low_open ? x > low : x >= low) && x <= high; }
-};
-inline constexpr Range kAnyValue{};
-inline constexpr Range kPositive{0, std::numeric_limits<double>::infinity(), true};
-inline constexpr Range kNonNegative{0};
-/// Most elements a body may have; beyond, a slip of the pen is more likely than a wish.
-inline constexpr int kMaxElements = 100000;
+/// Text of a regular file of at most 64 MB. Throws BadScene, "FILE: cannot be read: why".
+std::string ReadTextFile(const std::filesystem::path& file);
 
 /// What a whole scene shares while it is read.
 struct SceneContext {
-  std::string name;
-  std::filesystem::path directory;      ///< of files that the scene names
-  const TomlValue* materials{nullptr};  ///< the table [materials]
-  std::set<std::string> known_keys;     ///< every key asked for, "arms.length"
+  std::string name;                          ///< stands in messages
+  std::filesystem::path directory;           ///< of files that the scene names
+  const TomlValue* document{nullptr};        ///< the whole scene, for names of its entries
+  std::vector<std::filesystem::path> files;  ///< that keys named and that were read
 };
 
-class TomlReader {
+class TomlReader final : public schema::Visitor {
  public:
-  /// `path` is how messages name the table ("arms[0].cables[1]"), `schema` how the documentation
-  /// does
-  /// ("arms.cables"); both empty for the document.
-  TomlReader(const TomlValue& table, std::string path, std::string schema, SceneContext* context);
+  using schema::Visitor::Number;
 
-  SceneContext& context() const { return *context_; }
-  const std::string& path() const { return path_; }
+  /// `path` is how messages name the table ("arms[0].cables[1]"), empty for the document.
+  /// `filled`, where not null, becomes the same table with every default spelt out; what is there
+  /// stays as the user wrote it.
+  TomlReader(const TomlValue& table, std::string path, SceneContext* context, TomlValue* filled);
 
-  bool Has(std::string_view key);
-  /// Value as written; null where absent.
-  const TomlValue* Raw(std::string_view key);
+  bool describing() const override { return false; }
 
-  double Number(std::string_view key, Quantity quantity, Range range);
-  double Number(std::string_view key, Quantity quantity, Range range, double fallback);
-  std::optional<double> OptionalNumber(std::string_view key, Quantity quantity, Range range);
-  int Integer(std::string_view key, int low, int high, int fallback);
-  bool Boolean(std::string_view key, bool fallback);
-  std::string Text(std::string_view key, std::string_view fallback);
-  /// A name that can stand in a column's title: letters, digits, "_" and "-".
-  std::string Name(std::string_view key, std::string_view fallback);
+  // All throw BadScene.
+  bool Number(const schema::Key& key, Quantity quantity, schema::Range range,
+              double* value) override;
+  bool Integer(const schema::Key& key, int low, int high, int* value) override;
+  bool Boolean(const schema::Key& key, bool* value) override;
+  bool Text(const schema::Key& key, std::string* value) override;
+  bool Name(const schema::Key& key, std::string* value) override;
+  bool Numbers(const schema::Key& key, Quantity quantity, schema::Range range, int count,
+               std::vector<double>* values) override;
+  bool Matrix(const schema::Key& key, Quantity quantity, schema::Matrix3* value) override;
+  bool Pick(const schema::Key& key, const Names& names, int* index) override;
+  bool Reference(const schema::Key& key, const std::vector<std::string>& names,
+                 int* index) override;
+  std::optional<std::string> File(const schema::Key& key) override;
+  bool Table(const schema::Key& key, const Body& body) override;
+  bool Tables(const schema::Key& key, const std::function<void(Visitor&, int)>& body) override;
+  bool NamedTables(const schema::Key& key, const Body& body) override;
+  bool TableOrName(const schema::Key& key, std::string_view of, const Body& body) override;
+  bool Switch(const schema::Key& key, const Body& body) override;
+  void Either(const schema::Key& key, schema::Form form, const Branch& if_form,
+              const Branch& otherwise) override;
+  void Cases(const schema::Key& key, const Names& names, int* index,
+             const std::function<void(int)>& visit) override;
+  void OneOf(std::string_view owner, bool none,
+             const std::vector<Alternative>& alternatives) override;
+  bool Has(std::string_view key) override { return Raw(key) != nullptr; }
+  void Demand(bool ok, std::string_view key, const std::string& what) override;
+  void DemandAt(bool ok, std::string_view path, const std::string& what) override;
 
-  /// Array of numbers; `count` < 0: any, at least one.
-  std::vector<double> Numbers(std::string_view key, Quantity quantity, Range range, int count = -1);
-  Vector3 Vector(std::string_view key, Quantity quantity, const Vector3& fallback);
-  std::optional<Vector3> OptionalVector(std::string_view key, Quantity quantity);
-  std::optional<Vector6> OptionalDiagonal(std::string_view key, Quantity quantity, Range range);
-  Matrix3 Matrix(std::string_view key, Quantity quantity);
-  /// Unit vector along the given one, which must not vanish.
-  std::optional<Vector3> OptionalDirection(std::string_view key);
-
-  template <typename T>
-  T Choice(std::string_view key, std::initializer_list<std::pair<std::string_view, T>> choices,
-           T fallback) {
-    std::vector<std::string_view> names;
-    for (const auto& choice : choices) names.push_back(choice.first);
-    const int at = ChoiceIndex(key, names);
-    return at < 0 ? fallback : (choices.begin() + at)->second;
-  }
-
-  std::optional<TomlReader> OptionalTable(std::string_view key);
-  /// As OptionalTable, documented under another heading than schema.key (types used in many
-  /// places).
-  std::optional<TomlReader> OptionalTable(std::string_view key, std::string_view schema);
-  TomlReader Table(std::string_view key);
-  /// Array of tables; empty where absent.
-  std::vector<TomlReader> Tables(std::string_view key);
-
-  /// "scene: path.key: value: what".
-  [[noreturn]] void Fail(std::string_view key, const std::string& what);
-  /// Refuses keys that nobody asked for.
+  /// Refuses keys that no description visited. Call when the table has been visited.
   void Finish();
 
  private:
   const TomlValue* table_;
-  std::string path_, schema_;
+  std::string path_;
   SceneContext* context_;
-  std::set<std::string> asked_;
+  TomlValue* filled_;
+  std::set<std::string> visited_;
 
+  /// Value as written; null where absent.
+  const TomlValue* Raw(std::string_view key);
+  /// The same; where it is absent but required, fails with "is missing: `needed`".
+  const TomlValue* Find(const schema::Key& key, const std::string& needed);
+  void Fill(std::string_view key, TomlValue value);
+  /// Visits `value` as the table at `path`; returns it with its defaults.
+  TomlValue Visit(const TomlValue& value, const std::string& path, const Body& body);
   std::string PathOf(std::string_view key) const;
-  std::string SchemaOf(std::string_view key) const;
-  int ChoiceIndex(std::string_view key, const std::vector<std::string_view>& names);
-  double Convert(const TomlValue& value, const std::string& path, Quantity quantity, Range range);
+  double Convert(const TomlValue& value, const std::string& path, Quantity quantity,
+                 schema::Range range);
+  /// "scene: path.key: value: what".
+  [[noreturn]] void Fail(std::string_view key, const std::string& what);
   [[noreturn]] void FailAt(const std::string& path, const std::string& what) const;
 };
 

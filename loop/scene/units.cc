@@ -1,7 +1,10 @@
 #include "loop/scene/units.h"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <charconv>
+#include <cmath>
 #include <numbers>
 #include <span>
 
@@ -116,6 +119,14 @@ std::string UnitsOf(Quantity quantity) {
     out += unit.name;
   }
   return out;
+}
+
+std::string BoundText(schema::Range range) {
+  const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
+  if (low && high)
+    return fmt::format("in {}{}, {}]", range.low_open ? '(' : '[', range.low, range.high);
+  if (low) return fmt::format("{} {}", range.low_open ? ">" : ">=", range.low);
+  return high ? fmt::format("<= {}", range.high) : "";
 }
 
 std::optional<double> ParseQuantity(std::string_view text, Quantity quantity) {

@@ -65,8 +65,26 @@ TEST(ClosedLoop, MismatchIsThePlantsAlone) {
   const double believed = scene.robot.arms[0].material.young_pa;
   EXPECT_EQ(loop.reduced().plant.robot.arms[0].material.young_pa, believed);
   EXPECT_DOUBLE_EQ(loop.plant().robot.arms[0].material.young_pa, 1.2 * believed);
-  EXPECT_DOUBLE_EQ(loop.plant().robot.arms[0].drag_coefficients.y(),
-                   1.5 * scene.robot.arms[0].drag_coefficients.y());
+  const auto drag = [](const model::Plant& plant) {
+    for (const model::SectionLoad& load : plant.rods[0].loads) {
+      if (const auto* d = std::get_if<model::DragLoad>(&load)) return d->coefficients.y();
+    }
+    return 0.0;
+  };
+  EXPECT_EQ(drag(loop.reduced().plant), scene.robot.arms[0].drag_coefficients.y());
+  EXPECT_DOUBLE_EQ(drag(loop.plant()), 1.5 * scene.robot.arms[0].drag_coefficients.y());
+}
+
+TEST(ClosedLoop, EveryKeyOfMismatchReachesThePlant) {  // what each does: model.mismatch
+  const model::Mismatch m =
+      PlantRobot(Reach({"mismatch.young=1.1", "mismatch.viscosity=1.2", "mismatch.drag=1.3",
+                        "mismatch.added_mass=1.4", "mismatch.jet=1.5"}))
+          .mismatch;
+  EXPECT_EQ(m.young, 1.1);
+  EXPECT_EQ(m.viscosity, 1.2);
+  EXPECT_EQ(m.drag, 1.3);
+  EXPECT_EQ(m.added_mass, 1.4);
+  EXPECT_EQ(m.jet, 1.5);
 }
 
 TEST(ClosedLoop, RefusesScenesThatAreNoClosedLoop) {

@@ -1,0 +1,33 @@
+#include "loop/options_schema.h"
+
+#include <cmath>
+
+namespace mantle::loop {
+
+using schema::Quantity;
+using schema::Range;
+using schema::Visitor;
+
+void Describe(Visitor& v, DriveOptions& d) {
+  v.Text({.name = "bus", .bound = "`loop`, `can:NAME`, `udp:GROUP:PORT[@IFACE]`"}, &d.bus);
+  v.Number({.name = "period", .meaning = "of SYNC", .also = "whole ms"}, Quantity::kTime,
+           Range{1e-3, 0.09}, &d.period_s);
+  v.Demand(std::abs(1e3 * d.period_s - std::round(1e3 * d.period_s)) <= 1e-6, "period",
+           "must be whole milliseconds");
+  v.Number({"cable_stiffness", "of a motor's cable, at the drum"}, Quantity::kStiffness,
+           Range{1.0, 1e5}, &d.cable_stiffness_n_m);
+  v.Number({"cable_damping"}, Quantity::kDamping, Range{0.0, 1e3}, &d.cable_damping_n_s_m);
+  v.Number({"pretension", "taken up before t = 0"}, Quantity::kForce, Range{0.0, 1.0},
+           &d.pretension_n);
+}
+
+void Describe(Visitor& v, Mismatch& m) {
+  constexpr Range kFactor{0.01, 100};
+  v.Number({"young"}, Quantity::kNumber, kFactor, &m.young);
+  v.Number({"viscosity"}, Quantity::kNumber, kFactor, &m.viscosity);
+  v.Number({"drag"}, Quantity::kNumber, kFactor, &m.drag);
+  v.Number({"added_mass"}, Quantity::kNumber, kFactor, &m.added_mass);
+  v.Number({"jet", "thrust"}, Quantity::kNumber, kFactor, &m.jet);
+}
+
+}  // namespace mantle::loop
