@@ -30,7 +30,7 @@ class Program {
   virtual const SparsePattern& JacobianPattern() const = 0;
   /// Lower triangle of the Hessian of f + lambda^T g, or an approximation of it.
   virtual const SparsePattern& HessianPattern() const = 0;
-  /// f is quadratic and g linear: derivatives are asked for once.
+  /// f is quadratic and g linear: derivatives are evaluated once.
   virtual bool quadratic() const = 0;
 
   /// False where the functions cannot be evaluated at x. `fresh`: x differs from the last call's.
