@@ -2,6 +2,22 @@
 
 #include "controller/winch_map.h"
 
+namespace mantle::controller {
+
+/// What a TensionLoop knows of its cable and of the bus.
+struct TensionLoopOptions {
+  double period_s{0.01};
+  double stiffness_n_m{500};  ///< K, at the drum
+  double damping_n_s_m{2};    ///< D
+};
+
+/// What a TensionLoop is told at a SYNC.
+struct TensionLoopInput {
+  double tension_n{0}, tension_rate_n_s{0};    ///< commanded, at the drum: now, and over the period
+  double length_m{0}, length_rate_m_s{0};      ///< lambda - lambda(0), now
+  double reported_m{0}, reported_rate_m_s{0};  ///< r, as sampled one period ago
+};
+
 /// The tension of one winch's cable, at the rate of SYNC, without a force sensor: from the reel's
 /// position and rate as the drive reported them one period ago, and from the length lambda of the
 /// cable's path (against its length at rest) that the state estimate gives. With r the reeled
@@ -23,21 +39,6 @@
 /// all of it made up for would be unstable. Gains are of the sampled drum (k1 ~ m / period^2,
 /// k2 ~ m / period) and fade out where its frequency on the cable comes near the sampling's limit,
 /// sqrt(K / m) period = pi: there only the feed-forward remains. docs/vehicle.md has the figures.
-
-namespace mantle::controller {
-
-struct TensionLoopOptions {
-  double period_s{0.01};
-  double stiffness_n_m{500};  ///< K, at the drum
-  double damping_n_s_m{2};    ///< D
-};
-
-struct TensionLoopInput {
-  double tension_n{0}, tension_rate_n_s{0};    ///< commanded, at the drum: now, and over the period
-  double length_m{0}, length_rate_m_s{0};      ///< lambda - lambda(0), now
-  double reported_m{0}, reported_rate_m_s{0};  ///< r, as sampled one period ago
-};
-
 class TensionLoop {
  public:
   /// Throws std::invalid_argument with name, value and bound.
