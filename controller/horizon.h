@@ -11,8 +11,8 @@ namespace mantle::controller {
 /// The grid of a receding horizon, and how few decisions move its tensions.
 ///
 /// Tensions live at the nodes t_0 < ... < t_N and are linear between them, so that a
-/// motor's command is continuous and its rate is the slope. Node 0 is what the motor pulls already. The
-/// decisions w are changes of the plan of one motor at one of its knots (some of the nodes);
+/// motor's command is continuous and its rate is the slope. Node 0 is what the motor pulls already.
+/// The decisions w are changes of the plan of one motor at one of its knots (some of the nodes);
 /// between knots the change is linear as well:
 ///
 ///   u_k,i = u_k,i(plan) + sum_j hat_kj w_j   over the decisions j of motor i,
