@@ -62,16 +62,16 @@ function(mantle_test name)
 endfunction()
 
 # mantle_module(ipopt SOURCES ... LIBS ...): mantle_ipopt.so, which the program opens when it first
-# needs it (tools/mantle/module.h); beside the program under lib/mantle, built and installed alike.
+# needs it (tools/mantle/module.h); beside the program under lib/mantle/modules, built and installed alike.
 function(mantle_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_library(mantle_${name}_module MODULE ${ARG_SOURCES})
   set_target_properties(mantle_${name}_module PROPERTIES
-    PREFIX "" OUTPUT_NAME mantle_${name} LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/mantle)
+    PREFIX "" OUTPUT_NAME mantle_${name} LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/mantle/modules)
   mantle_use_precompiled(mantle_${name}_module libraries)
   target_link_libraries(mantle_${name}_module PRIVATE ${ARG_LIBS} mantle_flags)
   # What the module holds of Mantle's own libraries is its own copy, and nobody else's business.
   target_link_options(mantle_${name}_module PRIVATE LINKER:--exclude-libs,ALL)
-  install(TARGETS mantle_${name}_module LIBRARY DESTINATION lib/mantle COMPONENT program)
+  install(TARGETS mantle_${name}_module LIBRARY DESTINATION lib/mantle/modules COMPONENT program)
   add_dependencies(mantle_modules mantle_${name}_module)
 endfunction()

@@ -63,7 +63,7 @@ TEST(Module, AMissingOneIsNamed) {
   const std::string program = Alone(folder).string();
   const Outcome outcome = Shell(folder, "'" + program + "' run " + Scene("reach") + " --out out");
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("lib/mantle/mantle_ipopt.so: is missing"), std::string::npos)
+  EXPECT_NE(outcome.err.find("lib/mantle/modules/mantle_ipopt.so: is missing"), std::string::npos)
       << outcome.err;
   EXPECT_NE(outcome.err.find("beside " + program), std::string::npos) << outcome.err;
 }
@@ -71,7 +71,7 @@ TEST(Module, AMissingOneIsNamed) {
 TEST(Module, ADamagedOneIsNamedWithTheLoadersReason) {
   const auto folder = FreshFolder("module_damaged");
   const std::string program = Alone(folder).string();
-  const auto module = folder / "lib" / "mantle" / "mantle_ipopt.so";
+  const auto module = folder / "lib" / "mantle" / "modules" / "mantle_ipopt.so";
   std::filesystem::create_directories(module.parent_path());
   std::ofstream(module) << "not a library";
   const Outcome outcome = Shell(folder, "'" + program + "' run " + Scene("reach") + " --out out");
@@ -80,10 +80,10 @@ TEST(Module, ADamagedOneIsNamedWithTheLoadersReason) {
 }
 
 TEST(Module, ASymbolThatItDoesNotHaveIsNamed) {
-  // This test stands in build/tests, its modules in build/lib/mantle.
-  std::filesystem::create_directories(tests::BinaryPath("tests/lib/mantle"));
-  const std::filesystem::path module = tests::BinaryPath("tests/lib/mantle/mantle_lcm.so");
-  std::filesystem::copy_file(tests::BinaryPath("lib/mantle/mantle_lcm.so"), module,
+  // This test stands in build/tests, its modules in build/lib/mantle/modules.
+  std::filesystem::create_directories(tests::BinaryPath("tests/lib/mantle/modules"));
+  const std::filesystem::path module = tests::BinaryPath("tests/lib/mantle/modules/mantle_lcm.so");
+  std::filesystem::copy_file(tests::BinaryPath("lib/mantle/modules/mantle_lcm.so"), module,
                              std::filesystem::copy_options::overwrite_existing);
   EXPECT_EQ(tools::ModulePath("mantle_lcm.so"), module);
   EXPECT_NE(tools::ModuleSymbol("mantle_lcm.so", "mantle_lcm_functions"), nullptr);

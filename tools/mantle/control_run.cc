@@ -138,7 +138,7 @@ class ControlJob {
     for (std::size_t i = 0; i < motors.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       emit("command_" + motors[i].name + "_n", step == nullptr ? 0.0 : step->command_n(k));
-      emit("pulled_" + motors[i].name + "_n", step == nullptr ? 0.0 : step->tension_n(k));
+      emit("actual_" + motors[i].name + "_n", step == nullptr ? 0.0 : step->tension_n(k));
     }
     const controller::Reference& reference = loop_->reference();
     const controller::ReferencePoint at = reference.At(step == nullptr ? 0.0 : step->time_s);
