@@ -1,8 +1,8 @@
 #include <gtest/gtest.h>
 
-#include "tests/support/paths.h"
 #include <algorithm>
 
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 namespace mantle::testing_tools {
@@ -113,7 +113,7 @@ TEST(MantleCheck, WritesASceneThatChecksAndRunsTheSame) {
 
 TEST(MantleCheck, SceneFilesHaveAnyNameAndBoundedDepth) {
   const auto folder = FreshFolder("check_names");
-  std::filesystem::copy_file(MANTLE_SOURCE_DIR "/scenes/arm_static.toml", folder / "my scene.toml");
+  std::filesystem::copy_file(tests::SourcePath("scenes/arm_static.toml"), folder / "my scene.toml");
   EXPECT_EQ(Mantle(folder, "check 'my scene.toml'").status, 0);
   std::string key = "a";
   for (int i = 0; i < 50000; ++i) key += ".a";

@@ -211,8 +211,7 @@ TEST_F(ClosedLoopRun, AMulticastBusCarriesTheSameFramesToTheSameMotion) {
 
 TEST_F(ClosedLoopRun, TwoRunsOnOneBusEndNamed) {
   const std::string spec = "udp:239.74.163.2:" + std::to_string(20000 + getpid() % 20000) + "@lo";
-  const std::string run =
-      "'" MANTLE_BINARY_DIR "/mantle' " + kShort + " --set time.duration=20 --bus " + spec;
+  const std::string run = Program() + " " + kShort + " --set time.duration=20 --bus " + spec;
   Mantle(folder_, "--version >version; " + run + " --out a 2>a.err & p=$!; " + run +
                       " --out b 2>b.err; echo $? >b.status; wait $p; echo $? >a.status");
   for (const std::string name : {"a", "b"}) {

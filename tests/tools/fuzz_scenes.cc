@@ -20,6 +20,7 @@
 #include "model/plant.h"
 #include "model/rod.h"
 #include "model/simulation.h"
+#include "tests/support/paths.h"
 #include "tests/tools/scene_mutants.h"
 
 /// fuzz_scenes --check N --run M --seed S: mutants of the shipped scenes, N of them through what
@@ -72,7 +73,7 @@ class Findings {
 
 std::vector<std::string> ShippedScenes() {
   std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : fs::directory_iterator(tests::SourcePath("scenes"))) {
     if (entry.path().extension() == ".toml") files.push_back(entry.path());
   }
   std::sort(files.begin(), files.end());
@@ -88,7 +89,7 @@ std::vector<std::string> ShippedScenes() {
 // What `mantle check` does, with two steps instead of 0.4 s of them. Returns the exit status.
 int Check(const std::string& text, std::string* message) {
   try {
-    const scene::Scene scene = scene::ParseScene(text, "mutant.toml", MANTLE_SOURCE_DIR "/scenes");
+    const scene::Scene scene = scene::ParseScene(text, "mutant.toml", tests::SourcePath("scenes"));
     const model::Plant plant(scene.robot);
     if (scene.has_time) {
       model::Simulation simulation(plant, scene.run);
@@ -189,7 +190,7 @@ void RunMutants(const Options& options, Findings* findings) {
   std::map<int, int> statuses;
   const std::string scene = (folder / "mutant.toml").string(), out = (folder / "out").string(),
                     said = (folder / "said").string();
-  for (const auto& entry : fs::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : fs::directory_iterator(tests::SourcePath("scenes"))) {
     fs::copy(entry.path(), folder, fs::copy_options::overwrite_existing);  // what they extend
   }
   for (int i = 0; i < options.run; ++i) {
@@ -204,7 +205,7 @@ void RunMutants(const Options& options, Findings* findings) {
       const int nothing = open("/dev/null", O_WRONLY);
       dup2(nothing, STDOUT_FILENO);
       dup2(fd, STDERR_FILENO);
-      execl(MANTLE_BINARY_DIR "/mantle", "mantle", "run", scene.c_str(), "--set",
+      execl(tests::BinaryPath("mantle").c_str(), "mantle", "run", scene.c_str(), "--set",
             "time.duration=0.04", "--out", out.c_str(), nullptr);
       _exit(127);
     }

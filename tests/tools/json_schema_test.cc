@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "loop/scene/scene_schema.h"
+#include "tests/support/paths.h"
 
 namespace mantle::tools {
 namespace {
@@ -150,7 +151,7 @@ std::string Violation(const std::string& toml) {
 
 TEST(JsonSchema, EveryShippedSceneIsValidAsItIsAndSpeltOut) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(tests::SourcePath("scenes"))) {
     if (entry.path().extension() != ".toml") continue;
     ++count;
     std::ifstream in(entry.path());
@@ -163,7 +164,7 @@ TEST(JsonSchema, EveryShippedSceneIsValidAsItIsAndSpeltOut) {
 }
 
 TEST(JsonSchema, EveryExampleOfThePageIsValid) {
-  std::ifstream in(MANTLE_SOURCE_DIR "/docs/scene.md");
+  std::ifstream in(tests::SourcePath("docs/scene.md"));
   std::ostringstream text;
   text << in.rdbuf();
   const std::string page = text.str(), open = "```toml\n";

@@ -37,11 +37,14 @@ inline std::filesystem::path FreshFolder(const std::string& name) {
   return folder;
 }
 
+/// The built program, quoted for the shell.
+inline std::string Program() { return "'" + tests::BinaryPath("mantle") + "'"; }
+
 /// `arguments` go through the shell; standard error is caught in `folder`.
 inline Outcome Mantle(const std::filesystem::path& folder, const std::string& arguments) {
   const std::filesystem::path err = folder / "stderr.txt";
-  const std::string command = "cd '" + folder.string() + "' || exit 9; { '" +
-                              tests::BinaryPath("mantle") + "' " + arguments + "; } 2>stderr.txt";
+  const std::string command = "cd '" + folder.string() + "' || exit 9; { " + Program() + " " +
+                              arguments + "; } 2>stderr.txt";
   Outcome outcome{-1, {}, {}};
   std::FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 /// What a folder of results holds after every ending, and that two runs do not mix in one.
@@ -73,14 +74,14 @@ TEST(ResultFolder, MayBeTheCurrentFolderOrALinkToOne) {
 TEST(ResultFolder, IsRefusedWhileAnotherRunHasIt) {
   const auto folder = FreshFolder("folder_locked");
   Put(folder / "out/summary.json", "{}\n");
-  const Outcome outcome = Mantle(
-      folder,
-      "run " + Scene("arm_dynamic") +
-          " --set time.duration=1e5 --out out & p=$!; while [ ! -e "
-          "out.partial/trajectory.csv ] && kill -0 $p; do sleep 0.05; done; echo $p >pid; '" +
-          std::string(MANTLE_BINARY_DIR) + "/mantle' " + kRun +
-          " --out ./out/ 2>second; echo $? >status; cat out.partial/trajectory.csv "
-          ">between; kill -INT $p; wait $p");
+  const Outcome outcome =
+      Mantle(folder,
+             "run " + Scene("arm_dynamic") +
+                 " --set time.duration=1e5 --out out & p=$!; while [ ! -e "
+                 "out.partial/trajectory.csv ] && kill -0 $p; do sleep 0.05; done; echo $p >pid; " +
+                 Program() + " " + kRun +
+                 " --out ./out/ 2>second; echo $? >status; cat out.partial/trajectory.csv "
+                 ">between; kill -INT $p; wait $p");
   EXPECT_EQ(outcome.status, 3) << outcome.err;
   EXPECT_EQ(ReadFile(folder / "status"), "2\n");
   std::string pid = ReadFile(folder / "pid");
@@ -171,10 +172,9 @@ TEST(ResultFolder, AFullDiskEndsTheRunWhenItIsFull) {
   // A limit of the size of files stands for the disk's: 16 blocks of 512 or 1024 bytes.
   const auto folder = FreshFolder("folder_full");
   Put(folder / "out/summary.json", "{}\n");
-  const Outcome outcome =
-      Mantle(folder, "--version >version; ulimit -f 16; '" MANTLE_BINARY_DIR "/mantle' run " +
-                         Scene("arm_dynamic") +
-                         " --set time.duration=1e5 --set output.interval=0.01 --out out");
+  const Outcome outcome = Mantle(
+      folder, "--version >version; ulimit -f 16; " + Program() + " run " + Scene("arm_dynamic") +
+                  " --set time.duration=1e5 --set output.interval=0.01 --out out");
   EXPECT_EQ(outcome.status, 3) << outcome.err;
   EXPECT_EQ(Lines(outcome.err), 1) << outcome.err;
   EXPECT_NE(outcome.err.find("trajectory.csv: cannot be written: "), std::string::npos)

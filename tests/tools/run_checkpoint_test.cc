@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 #include "tools/mantle/bad_input.h"
 
@@ -79,7 +80,7 @@ TEST(RunCheckpoint, BelongsToEveryFileThatTheSceneReads) {
   const auto put = [&](const char* name, const std::string& text) {
     std::ofstream(folder / name) << text;
   };
-  std::string robot = ReadFile(MANTLE_SOURCE_DIR "/scenes/arm_dynamic.toml");
+  std::string robot = ReadFile(tests::SourcePath("scenes/arm_dynamic.toml"));
   const std::string schedule = "{ type = \"intervals\", on = [0], off = [1.5] }";
   ASSERT_NE(robot.find(schedule), std::string::npos);
   robot.replace(robot.find(schedule), schedule.size(), "{ type = \"table\", file = \"pull.csv\" }");

@@ -58,8 +58,8 @@ TEST(StandardOutput, ThatIsClosedOrLeftIsStatusOneToo) {
   EXPECT_TRUE(ReadJson(folder / "run/summary.json").at("complete").get<bool>())
       << "no result takes the place of standard output";
   // A reader that has left before anything is said.
-  Mantle(folder, "--version >version; { sleep 0.3; '" MANTLE_BINARY_DIR
-                 "/mantle' drives --eds 2>err; echo $? >status; } | true");
+  Mantle(folder, "--version >version; { sleep 0.3; " + Program() +
+                     " drives --eds 2>err; echo $? >status; } | true");
   EXPECT_EQ(ReadFile(folder / "status"), "1\n");
   EXPECT_EQ(ReadFile(folder / "err"), "mantle: standard output cannot be written: Broken pipe\n");
 }

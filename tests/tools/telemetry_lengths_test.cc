@@ -124,9 +124,10 @@ TEST(TelemetryLengths, DamagedLogsAreReadToTheirDamageUnderACap) {
 
 TEST(TelemetryLengths, TheProgramRefusesALengthBeyondTheMessageAndALogThatIsNoFile) {
   const auto folder = FreshFolder("lengths_program");
-  const Outcome lying = Mantle(folder, "log '" MANTLE_SOURCE_DIR
-                                       "/tests/tools/lying_length.lcmlog' --channel "
-                                       "MANTLE_STATUS --csv");
+  const Outcome lying =
+      Mantle(folder, "log '" + tests::SourcePath("tests/tools/lying_length.lcmlog") +
+                         "' --channel "
+                         "MANTLE_STATUS --csv");
   EXPECT_EQ(lying.status, 2);
   EXPECT_NE(lying.err.find("1 messages of MANTLE_STATUS, none of its type: a length beyond"),
             std::string::npos)

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "loop/scene/scene_schema.h"
+#include "tests/support/paths.h"
 
 namespace mantle::scene {
 namespace {
@@ -22,7 +23,7 @@ std::string ReadFile(const std::string& path) {
 }
 
 TEST(KeyTables, TheCommittedPageIsWhatTheDescriptionsGive) {
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/scene.md"));
   ASSERT_FALSE(page.empty());
   EXPECT_EQ(WithKeyTables(SceneCatalogue(), page), page)
       << "bring it up to date: mantle check --docs docs/scene.md";
