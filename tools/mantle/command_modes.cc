@@ -3,11 +3,13 @@
 #include <cstdio>
 #include <iterator>
 
+#include "mantle/version.h"
 #include "model/motion_modes.h"
 #include "model/static_problem.h"
 #include "model/statics.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
 
 namespace mantle::tools {
@@ -19,7 +21,7 @@ constexpr const char* kHelp =
     "every load.\nWrites summary.json and shapes.csv (docs/outputs.md).\n\n"
     "  mantle modes scenes/arm_vibration.toml\n"
     "  mantle modes scenes/arm_static.toml --about static --count 6\n\n"
-    "Exit status 0: found. 2: bad input, nothing written. 3: no equilibrium, or no convergence.";
+    "Exit status 0: found. 2: bad input, nothing changed. 3: no equilibrium, or no convergence.";
 
 struct ModesOptions {
   SceneOptions scene;
@@ -87,24 +89,23 @@ std::string ShapesCsv(const model::Plant& plant, const std::vector<model::Motion
     }
     for (int j = 0; j < plant.shape_count(); ++j) {
       const Eigen::Vector3cd q = modes[k].shape.segment<3>(plant.ShellVelocity(j));
-      row(k, plant.shell->name, j, plant.shell->nodes[j].x_m, {q(0), 0.0, q(1)},
-          {0.0, q(2), 0.0});
+      row(k, plant.shell->name, j, plant.shell->nodes[j].x_m, {q(0), 0.0, q(1)}, {0.0, q(2), 0.0});
     }
   }
   return text;
 }
 
 void PrintTable(const Json& j, const std::filesystem::path& folder) {
-  fmt::print("{}: motions about {}, load factor {:.6g}\n", j["scene"].get<std::string>(),
-             j["about"] == "static" ? "the equilibrium" : "the reference shape",
-             j["load_factor"].get<double>());
-  fmt::print("  mode  frequency      damping ratio  real part\n");
+  Print("{}: motions about {}, load factor {:.6g}\n", j["scene"].get<std::string>(),
+        j["about"] == "static" ? "the equilibrium" : "the reference shape",
+        j["load_factor"].get<double>());
+  Print("  mode  frequency      damping ratio  real part\n");
   for (const auto& mode : j["modes"]) {
-    fmt::print("  {:4}  {:11.6g} Hz {:12.4g}   {:11.4g} 1/s{}\n", mode["mode"].get<int>(),
-               mode["frequency_hz"].get<double>(), mode["damping_ratio"].get<double>(),
-               mode["growth_rate_1_s"].get<double>(), mode["unstable"] == true ? "  grows" : "");
+    Print("  {:4}  {:11.6g} Hz {:12.4g}   {:11.4g} 1/s{}\n", mode["mode"].get<int>(),
+          mode["frequency_hz"].get<double>(), mode["damping_ratio"].get<double>(),
+          mode["growth_rate_1_s"].get<double>(), mode["unstable"] == true ? "  grows" : "");
   }
-  fmt::print("  results in {}\n", folder.string());
+  Print("  results in {}\n", folder.string());
 }
 
 int FindModes(const ModesOptions& options) {
@@ -132,12 +133,12 @@ int FindModes(const ModesOptions& options) {
     }
   }
   if (!failure.empty()) {
-    fmt::print(stderr, "mantle: {}: {}\n", scene.name, failure);
+    Complain("{}: {}", scene.name, failure);
     return kExitCannotContinue;
   }
   Json j;
   j["scene"] = scene.name;
-  j["mantle_version"] = MANTLE_VERSION;
+  j["mantle_version"] = kVersion;
   j["about"] = options.about;
   j["load_factor"] = rest.load_factor;
   j["modes"] = Json::array();
@@ -146,17 +147,15 @@ int FindModes(const ModesOptions& options) {
   }
   j["effects"] = EffectNames(plant.robot.effects);
   j["overrides"] = options.scene.overrides;
-  const std::filesystem::path folder = options.scene.OutputFolder(scene);
-  PrepareFolder(folder);
-  RemoveOldResults(folder, {"summary.json", "shapes.csv"});
-  WriteWhole(folder, "shapes.csv", ShapesCsv(plant, modes));
-  WriteWhole(folder, "summary.json", j.dump(2) + "\n");
+  ResultFolder folder(options.scene.OutputFolder(scene), kSceneResults);
+  WriteWhole(folder.partial(), "shapes.csv", ShapesCsv(plant, modes));
+  WriteWhole(folder.partial(), "summary.json", Dump(j));
+  folder.Publish();
   if (options.scene.json) {
-    fmt::print("{}\n", j.dump(2));
+    PrintText(Dump(j));
   } else {
-    PrintTable(j, folder);
+    PrintTable(j, folder.folder());
   }
-  std::fflush(stdout);
   return 0;
 }
 
