@@ -116,6 +116,7 @@ struct GaitPulse {
   double rise{0.5}, hold{0}, fall{0.5};
   double phase{0};
 };
+/// A periodic pulse of every motor.
 struct Gait {
   double period_s{0.66};
   std::vector<GaitPulse> motors;  ///< one per motor
@@ -134,6 +135,7 @@ struct BaselineGains {
   double speed_gain{0};    ///< of the gait's scale [1/m of along-track error; s/m of mean speed]
 };
 
+/// What is made of measurements: the scene's table [control.estimator].
 struct EstimatorOptions {
   std::string type{"model"};  ///< its name in controller/registry.h
   bool observer{false};       ///< the state is filtered; else the measurement is taken as it is
@@ -143,6 +145,7 @@ struct EstimatorOptions {
   double acceleration_walk_m_s2{7e-4};  ///< of the root, alike
 };
 
+/// Everything that a scene's table [control] says.
 struct ControlOptions {
   std::string controller{ToString(ControllerKind::kMpc)};  ///< its name in controller/registry.h
   MpcMode mode{MpcMode::kRealTimeIteration};

@@ -54,6 +54,12 @@ Status Wire::Check() const {
             fmt::format("bus {}: frame {:03X} that {} sent did not come within {:.3g} s", spec_,
                         link.missing().id, from, static_cast<double>(timeout_us_) / kSecond_us)};
   };
+  for (const auto* link : {control_link_.get(), plant_link_.get()}) {
+    if (link == nullptr || link->foreign() == 0) continue;
+    return {false, fmt::format("bus {}: {} foreign frames with identifiers of this run, the first "
+                               "{:03X}: another run or master is on the bus",
+                               spec_, link->foreign(), link->first_foreign().id)};
+  }
   if (control_link_ && control_link_->stalled()) return describe(*control_link_, "the drives");
   if (plant_link_ && plant_link_->stalled()) return describe(*plant_link_, "the master");
   return {};

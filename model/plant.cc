@@ -109,8 +109,8 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
 }
 
 void Plant::MakeLoads() {
-  root_loads = MakeRootLoads(robot);
-  if (shell) mantle_loads = MakeMantleLoads(*robot.mantle, robot.water, robot.effects);
+  AddLoads(&root_loads, robot);
+  if (shell) AddLoads(&mantle_loads, *robot.mantle, robot.water, robot.effects);
   const auto scale = [&](auto* loads) {
     for (auto& load : *loads) std::visit([&](auto& l) { l.Scale(robot.mismatch); }, load);
   };

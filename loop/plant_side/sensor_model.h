@@ -7,14 +7,13 @@
 #include "controller/options.h"
 #include "reduced/reduced_model.h"
 
-/// What sensors make of the true reduced state: white noise, a constant bias drawn once, a delay,
-/// lost measurements. Seeded: the same scene sees the same noise.
-
 namespace mantle::loop {
 
 using reduced::ReducedModel;
 using reduced::ReducedState;
 
+/// What sensors make of the true reduced state: white noise, a constant bias drawn once, a delay,
+/// lost measurements. Seeded: the same scene sees the same noise.
 class SensorModel {
  public:
   /// Throws nothing; `model` must outlive it.

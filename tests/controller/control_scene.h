@@ -8,6 +8,7 @@
 #include "controller/gait.h"
 #include "loop/scene/scene.h"
 #include "reduced/build/reduced_plant.h"
+#include "tests/support/paths.h"
 
 /// A shipped control scene made small: its reduced model, reference and a trajectory with some
 /// motion in it, for tests of the controller.
@@ -16,7 +17,7 @@ namespace mantle::tests {
 
 struct ControlScene {
   explicit ControlScene(const std::string& name, std::vector<std::string> overrides = {})
-      : scene(scene::LoadScene(std::string(MANTLE_SOURCE_DIR "/scenes/") + name, overrides)),
+      : scene(scene::LoadScene(tests::SourcePath("scenes/") + name, overrides)),
         model(scene.robot, scene.reduction),
         step{scene.reduction.scheme, 1e-10},
         reference(scene.control->goal, scene.robot),

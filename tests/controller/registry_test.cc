@@ -7,6 +7,7 @@
 
 #include "loop/scene/scene.h"
 #include "tests/controller/control_scene.h"
+#include "tests/support/paths.h"
 
 namespace mantle::controller {
 namespace {
@@ -30,7 +31,7 @@ std::string Refusal(Call call) {
   return "not refused";
 }
 
-const std::string kSteer = MANTLE_SOURCE_DIR "/scenes/steer.toml";
+const std::string kSteer = tests::SourcePath("scenes/steer.toml");
 
 TEST(Registry, KnowsWhatComesAlong) {
   const std::vector<std::string> controllers = {"mpc", "gait", "pursuit", "pid", "lqr"};

@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "loop/scene/scene.h"
+#include "tests/support/paths.h"
 
 namespace mantle::loop {
 namespace {
 
 scene::Scene Reach(std::vector<std::string> overrides = {}) {
   overrides.push_back("time.duration=0.5");
-  return scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/reach.toml", overrides);
+  return scene::LoadScene(tests::SourcePath("scenes/reach.toml"), overrides);
 }
 constexpr int kCycles = 50, kCyclesPerPlan = 5;
 
