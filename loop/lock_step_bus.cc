@@ -29,9 +29,29 @@ BusStatus LockStepBus::Send(std::span<const CanFrame> frames) {
   const BusStatus status = bus_.Send(frames);
   const auto taken = static_cast<std::size_t>(bus_.counters().sent - before);
   if (peer_ != nullptr) {
+    Own(frames.first(taken));
+    peer_->Own(frames.first(taken));
     for (const CanFrame& frame : frames.first(taken)) peer_->expected_.Push(frame);
   }
   return status;
+}
+
+void LockStepBus::Own(std::span<const CanFrame> frames) {
+  for (const CanFrame& frame : frames) {
+    if (!frame.extended && !frame.error && frame.id < owned_.size()) owned_.set(frame.id);
+  }
+}
+
+void LockStepBus::CheckSender(const CanFrame& frame) {
+  if (!expected_.empty() && Same(frame, expected_.Front())) {
+    expected_.Pop();
+    return;
+  }
+  // What had been given up may still come.
+  if (stalled_ || frame.extended || frame.error || frame.id >= owned_.size()) return;
+  if (!owned_.test(frame.id)) return;
+  if (foreign_ == 0) first_foreign_ = frame;
+  ++foreign_;
 }
 
 std::size_t LockStepBus::Receive(std::span<CanFrame> frames) {
@@ -41,7 +61,7 @@ std::size_t LockStepBus::Receive(std::span<CanFrame> frames) {
     const std::size_t more = bus_.Receive(frames.subspan(count));
     for (std::size_t i = count; i < count + more; ++i) {
       frames[i].time_us = now_us_;
-      if (!expected_.empty() && Same(frames[i], expected_.Front())) expected_.Pop();
+      CheckSender(frames[i]);
     }
     count += more;
     if (expected_.empty() || count == frames.size()) return count;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <bitset>
 #include <cstdint>
 
 #include "firmware_sim/bus/bus.h"
@@ -16,6 +17,9 @@
 ///             others pass through and are not waited for
 ///
 /// A frame that does not come within the time-out is given up, and `stalled` says so from then on.
+/// A run in lock-step owns the identifiers that its stations have sent: a frame that carries one,
+/// and was not sent by the peer, comes from a stranger (another run on the same bus) and falsifies
+/// the run. Such frames are counted in `foreign`; their own identifiers strangers may use.
 /// Frames are stamped with the simulated time of the last AdvanceTo.
 
 namespace mantle::loop {
@@ -36,12 +40,21 @@ class LockStepBus final : public firmware_sim::Bus {
   bool stalled() const { return stalled_; }
   /// The first frame that did not come; where stalled.
   const firmware_sim::CanFrame& missing() const { return missing_; }
+  /// Frames of strangers that carried an identifier of the two stations.
+  std::uint64_t foreign() const { return foreign_; }
+  /// The first of them; where there is one.
+  const firmware_sim::CanFrame& first_foreign() const { return first_foreign_; }
 
  private:
+  void Own(std::span<const firmware_sim::CanFrame> frames);
+  void CheckSender(const firmware_sim::CanFrame& frame);
+
   firmware_sim::Bus& bus_;
   LockStepBus* peer_{nullptr};
   firmware_sim::FrameRing expected_;
-  firmware_sim::CanFrame missing_{};
+  firmware_sim::CanFrame missing_{}, first_foreign_{};
+  std::bitset<2048> owned_;  ///< base identifiers that either station has sent
+  std::uint64_t foreign_{0};
   std::int64_t timeout_us_;
   std::int64_t now_us_{0};
   bool stalled_{false};

@@ -66,6 +66,7 @@ mantle=$work/prefix/bin/mantle
 "$mantle" run "$scenes/reach.toml" --set time.duration=0.2 --out "$work/out" >/dev/null
 "$mantle" log "$work/out/telemetry.lcmlog" | grep -q MANTLE_PLAN
 zcat "$work/prefix/share/man/man1/mantle-run.1.gz" | grep -q -- 'checkpoint'
+grep -q '"title": "Mantle scene"' "$work/prefix/share/mantle/scene.schema.json"
 [ -f "$work/prefix/share/bash-completion/completions/mantle" ]
 mv "$work/prefix/lib/mantle/modules/mantle_ipopt.so" "$work/gone"
 status=0

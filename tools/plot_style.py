@@ -23,11 +23,9 @@ def fail(message):
 
 
 def read_table(folder, name):
-    """Columns of NAME, or of NAME.partial; None where there is neither."""
-    for path in (folder / name, folder / f"{name}.partial"):
-        if path.is_file():
-            break
-    else:
+    """Columns of the folder's file NAME; None where there is none."""
+    path = folder / name
+    if not path.is_file():
         return None
     with open(path, newline="") as file:
         rows = csv.reader(file)

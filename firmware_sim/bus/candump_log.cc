@@ -1,6 +1,9 @@
 #include "firmware_sim/bus/candump_log.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -44,6 +47,20 @@ bool ParseTime(std::string_view word, std::int64_t& time_us) {
   }
   time_us = static_cast<std::int64_t>(seconds * 1'000'000 + microseconds);
   return true;
+}
+
+// Null, and errno, where the file cannot be had; emptied only once it is ours.
+std::FILE* OpenAlone(const std::string& path) {
+  constexpr mode_t kMode = 0666;  // less the umask
+  const int fd = open(path.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, kMode);
+  if (fd < 0) return nullptr;
+  if (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    close(fd);
+    errno = EBUSY;
+    return nullptr;
+  }
+  [[maybe_unused]] const int emptied = ftruncate(fd, 0);  // a device has no length
+  return fdopen(fd, "w");
 }
 
 }  // namespace
@@ -136,7 +153,7 @@ CandumpLog ReadCandumpLog(std::istream& in) {
 }
 
 CandumpWriter::CandumpWriter(const std::string& path, std::string_view interface)
-    : interface_(interface), buffer_(kFileBufferBytes), file_(std::fopen(path.c_str(), "w")) {
+    : interface_(interface), buffer_(kFileBufferBytes), file_(OpenAlone(path)) {
   if (!file_) throw std::system_error(errno, std::generic_category(), "log file '" + path + "'");
   std::setvbuf(file_.get(), buffer_.data(), _IOFBF, buffer_.size());
 }

@@ -42,15 +42,19 @@ struct CandumpLog {
 /// passed over.
 CandumpLog ReadCandumpLog(std::istream& in);
 
-/// Writes frames to a log file. After construction nothing throws or allocates.
+/// Writes frames to a log file, which is this process's alone while it does (flock). After
+/// construction nothing throws or allocates.
 class CandumpWriter {
  public:
-  /// Throws std::system_error where `path` cannot be created.
+  /// Empties the file. Throws std::system_error where `path` cannot be created or another process
+  /// writes it.
   CandumpWriter(const std::string& path, std::string_view interface);
 
   void Write(const CanFrame& frame);
   /// Returns false once any write has failed (disk full).
   bool Flush();
+  /// False once a write has failed that was handed to the system so far.
+  bool good() const { return good_; }
   std::uint64_t written() const { return written_; }
 
  private:

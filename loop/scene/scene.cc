@@ -66,19 +66,13 @@ Scene ParseScene(std::string_view toml, const std::string& name,
   Describe(reader, scene);
   reader.Finish();
   scene.text = WriteToml(filled);
+  scene.fingerprint = Hash(scene.text, context.files_hash);
   scene.files = std::move(context.files);
   return scene;
 }
 
 Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   return ParseScene(ReadTextFile(file), file.filename().string(), file.parent_path(), overrides);
-}
-
-Catalogue SceneCatalogue() {
-  return MakeCatalogue([](schema::Visitor& v) {
-    Scene scene;
-    Describe(v, scene);
-  });
 }
 
 }  // namespace mantle::scene

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -8,7 +9,6 @@
 
 #include "controller/options.h"
 #include "loop/options.h"
-#include "loop/scene/catalogue.h"
 #include "loop/scene/toml_document.h"
 #include "model/robot.h"
 #include "model/simulation.h"
@@ -42,6 +42,9 @@ struct Scene {
   /// key stays absent.
   std::string text;
   std::vector<std::filesystem::path> files;  ///< that it extends or names, and that were read
+  /// Of `text` and of what the files that it names hold: scenes that run differently have different
+  /// ones; comments and layout do not count.
+  std::uint64_t fingerprint{0};
 };
 
 /// Reads a file; `overrides` ("time.step=0.005") are applied before anything is checked, one of
@@ -53,8 +56,5 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
 Scene ParseScene(std::string_view toml, const std::string& name,
                  const std::filesystem::path& directory = ".",
                  const std::vector<std::string>& overrides = {});
-
-/// Every key that a scene may have.
-Catalogue SceneCatalogue();
 
 }  // namespace mantle::scene

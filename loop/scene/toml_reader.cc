@@ -5,10 +5,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numeric>
 #include <sstream>
 
+#include "loop/scene/regular_file.h"
 #include "loop/scene/text.h"
 
 namespace mantle::scene {
@@ -60,19 +60,12 @@ int EditDistance(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string ReadTextFile(const std::filesystem::path& file) {
-  const auto fail = [&](const char* why) {
-    throw BadScene(fmt::format("{}: cannot be read: {}", Printable(file.string()), why));
-  };
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) fail("no such file");
-  if (!std::filesystem::is_regular_file(file, error)) fail("is not a readable file");
-  if (std::filesystem::file_size(file, error) > kLargestFile_bytes) fail("larger than 64 MB");
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  if (!in || (in.peek() != std::ifstream::traits_type::eof() && !(text << in.rdbuf()))) {
-    fail("is not a readable file");
+  try {
+    return ReadRegularFile(file, kLargestFile_bytes);
+  } catch (const UnreadableFile& error) {
+    throw BadScene(
+        fmt::format("{}: cannot be read: {}", Printable(file.string()), error.what()));
   }
-  return text.str();
 }
 
 TomlReader::TomlReader(const TomlValue& table, std::string path, SceneContext* context,
@@ -274,6 +267,7 @@ std::optional<std::string> TomlReader::File(const Key& key) {
   const std::filesystem::path file = context_->directory / name;
   try {
     std::string text = ReadTextFile(file);
+    context_->files_hash = Hash(text, context_->files_hash);
     context_->files.push_back(file);
     return text;
   } catch (const BadScene& error) {

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "loop/scene/regular_file.h"
 #include "loop/scene/toml_document.h"
 #include "loop/scene/units.h"
 #include "model/schema.h"
@@ -29,6 +30,7 @@ struct SceneContext {
   std::filesystem::path directory;           ///< of files that the scene names
   const TomlValue* document{nullptr};        ///< the whole scene, for names of its entries
   std::vector<std::filesystem::path> files;  ///< that keys named and that were read
+  std::uint64_t files_hash{kEmptyHash};      ///< of the bytes of those that keys named
 };
 
 class TomlReader final : public schema::Visitor {

@@ -11,13 +11,14 @@
 #include "firmware_sim/bus/candump_log.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/vcan.h"
+#include "tests/support/paths.h"
 
 // The program `mantle bus`, as a user types it.
 
 namespace mantle::firmware_sim {
 namespace {
 
-const std::string kMantle = MANTLE_BINARY_DIR "/mantle";
+const std::string kMantle = tests::BinaryPath("mantle");
 
 struct Outcome {
   int status;
@@ -60,7 +61,7 @@ TEST(BusCommand, BadInputIsStatusTwoAndOneLineWithValueAndBound) {
            {"monitor --bus udp:239.74.163.2:43113@lo --duration -3",
             "mantle bus monitor: --duration is -3 s, must be 0 or more\n"},
            {"play /nonexistent.log --bus udp:239.74.163.2:43113@lo",
-            "mantle bus play: log file '/nonexistent.log' cannot be read\n"},
+            "mantle bus play: log file '/nonexistent.log' cannot be read: no such file\n"},
        }) {
     const Outcome outcome = MantleBus(arguments);
     EXPECT_EQ(outcome.status, 2) << arguments;

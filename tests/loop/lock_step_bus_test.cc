@@ -118,5 +118,28 @@ TEST(LockStepBus, ALostFrameStallsAndIsNamed) {
   EXPECT_EQ(pair.b.missing().id, 0x201U);
 }
 
+TEST(LockStepBus, AStrangersFrameWithAnIdentifierOfTheRunIsCountedAndNamed) {
+  Pair pair;
+  const CanFrame own[] = {Frame(0x201), Frame(0x202)};
+  pair.a.Send(own);
+  // Before, between and after ours, and a copy of ours.
+  pair.there.waiting.push_front(Frame(0x300));
+  pair.there.waiting.push_back(Frame(0x201));
+  EXPECT_EQ(Ids(pair.b).size(), 3U) << "it waits for the expected ones alone";
+  pair.b.Wait(0);
+  EXPECT_EQ(Ids(pair.b), (std::vector<std::uint32_t>{0x201}));
+  EXPECT_EQ(pair.b.foreign(), 1U) << "300 is nobody's: a stranger may use it";
+  EXPECT_EQ(pair.b.first_foreign().id, 0x201U);
+  EXPECT_EQ(pair.a.foreign(), 0U);
+  // What the station sends itself, a stranger may not send either.
+  pair.there.waiting.push_back(Frame(0x181));
+  const CanFrame reply[] = {Frame(0x181)};
+  pair.b.Send(reply);
+  pair.b.Wait(0);
+  Ids(pair.b);
+  EXPECT_EQ(pair.b.foreign(), 2U);
+  EXPECT_FALSE(pair.b.stalled());
+}
+
 }  // namespace
 }  // namespace mantle::loop

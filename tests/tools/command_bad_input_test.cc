@@ -1,4 +1,5 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 
@@ -128,6 +129,46 @@ TEST(BadInput, AnOutputThatCannotBeWrittenIsRefusedBeforeTheRun) {
     EXPECT_EQ(outcome.out, "");
   }
   EXPECT_EQ(ReadFile(folder / "file"), "not a folder\n");
+}
+
+TEST(BadInput, WhatIsNoRegularFileIsRefusedAtOnce) {
+  const auto folder = FreshFolder("no_regular_file");
+  mkfifo((folder / "fifo").c_str(), 0600);
+  std::ofstream(folder / "base.toml") << "extends = \"fifo\"\n";
+  std::ofstream(folder / "big.toml").seekp(64 << 20) << "x";  // sparse
+  struct Case {
+    std::string arguments, says;
+  };
+  const std::string bus = " --bus udp:239.74.163.2:43113@lo";
+  for (const auto& [arguments, says] : std::initializer_list<Case>{
+           {"check fifo", "fifo: cannot be read: is no regular file"},
+           {"check /dev/zero", "/dev/zero: cannot be read: is no regular file"},
+           {"check /dev/stdin </dev/zero", "/dev/stdin: cannot be read: is no regular file"},
+           {"check -", "-: cannot be read: standard input is not taken: must be a file"},
+           {"check .", ".: cannot be read: is no regular file"},
+           {"check base.toml", "fifo: cannot be read: is no regular file"},
+           {"check big.toml", "big.toml: cannot be read: 67108865 bytes, must be at most 67108864"},
+           {"run fifo --out out", "fifo: cannot be read: is no regular file"},
+           {"static /dev/zero --out out", "/dev/zero: cannot be read: is no regular file"},
+           {"compare fifo --out out", "fifo: cannot be read: is no regular file"},
+           {"tune fifo --out out", "fifo: cannot be read: is no regular file"},
+           {"study control /dev/zero --out out", "/dev/zero: cannot be read: is no regular file"},
+           {"run " + Scene("arm_dynamic") + " --out out --resume fifo",
+            "--resume: fifo: cannot be read: is no regular file"},
+           {"run " + Scene("arm_dynamic") + " --out out --resume /dev/zero",
+            "--resume: /dev/zero: cannot be read: is no regular file"},
+           {"bus play fifo" + bus, "log file 'fifo' cannot be read: is no regular file"},
+           {"bus play /dev/zero" + bus, "log file '/dev/zero' cannot be read: is no regular file"},
+           {"check " + Scene("paper") +
+                " --set 'mantle.strips.muscle.pressure={type=\"table\", file=\"/dev/zero\"}'",
+            "/dev/zero: cannot be read: is no regular file"},
+       }) {
+    const Outcome outcome = Mantle(folder, arguments);
+    EXPECT_EQ(outcome.status, kBadInput) << arguments;
+    EXPECT_NE(outcome.err.find(says), std::string::npos) << arguments << "\n" << outcome.err;
+    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder / "out"));
 }
 
 }  // namespace

@@ -121,10 +121,9 @@ TEST(MantleCompare, RunThatCannotGoOnLeavesPartialResults) {
   EXPECT_NE(outcome.err.find("paper: full model: jet_thrust ran away at t = 0.3"),
             std::string::npos)
       << outcome.err;
-  EXPECT_EQ(
-      FilesIn(folder / "out"),
-      (std::set<std::string>{"summary.json.partial", "full.csv.partial", "reduced.csv.partial"}));
-  const auto summary = ReadJson(folder / "out/summary.json.partial");
+  EXPECT_EQ(FilesIn(folder / "out.partial"),
+            (std::set<std::string>{"summary.json", "full.csv", "reduced.csv"}));
+  const auto summary = ReadJson(folder / "out.partial/summary.json");
   EXPECT_EQ(summary.at("complete"), false);
   EXPECT_EQ(summary.at("full").at("ok"), false);
   EXPECT_LT(summary.at("sim_time_s"), 0.4);

@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "firmware_sim/bus/bus_load.h"
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 /// `mantle run` of the steering scene, its first second, on a coarser plant.
@@ -145,7 +146,7 @@ TEST_F(ClosedLoopRun, TheTrajectoryHoldsWhatWasAskedAndWhatPulled) {
 
 TEST_F(ClosedLoopRun, EveryKeyAndColumnIsDocumented) {
   ASSERT_EQ(Run("--out out").status, 0);
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/outputs.md"));
   const auto documented = [&](const std::string& name) {
     return page.find("`" + name + "`") != std::string::npos;
   };
@@ -208,6 +209,19 @@ TEST_F(ClosedLoopRun, AMulticastBusCarriesTheSameFramesToTheSameMotion) {
   EXPECT_EQ(ReadJson(folder_ / "udp/summary.json")["control"]["bus"]["spec"], spec);
 }
 
+TEST_F(ClosedLoopRun, TwoRunsOnOneBusEndNamed) {
+  const std::string spec = "udp:239.74.163.2:" + std::to_string(20000 + getpid() % 20000) + "@lo";
+  const std::string run = Program() + " " + kShort + " --set time.duration=20 --bus " + spec;
+  Mantle(folder_, "--version >version; " + run + " --out a 2>a.err & p=$!; " + run +
+                      " --out b 2>b.err; echo $? >b.status; wait $p; echo $? >a.status");
+  for (const std::string name : {"a", "b"}) {
+    EXPECT_EQ(ReadFile(folder_ / (name + ".status")), "3\n");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name));
+  }
+  const std::string said = ReadFile(folder_ / "a.err") + ReadFile(folder_ / "b.err");
+  EXPECT_NE(said.find("foreign frames with identifiers of this run"), std::string::npos) << said;
+}
+
 TEST_F(ClosedLoopRun, TheBusLoadIsThatOfTheScenesTraffic) {
   ASSERT_EQ(Run("--out out").status, 0);
   const auto bus = ReadJson(folder_ / "out/summary.json")["control"]["bus"];
@@ -250,14 +264,15 @@ TEST_F(ClosedLoopRun, AnInterruptTakesTheDrivesDownAndKeepsWhatWasReached) {
       Mantle(folder_,
              kShort +
                  " --set time.duration=1e4 --out out --record bus.log & p=$!; "
-                 "while [ $(wc -l < out/solver.csv.partial 2>/dev/null || echo 0) -lt 1 ] && kill "
+                 "while [ $(wc -l < out.partial/solver.csv 2>/dev/null || echo 0) -lt 1 ] && kill "
                  "-0 $p; do sleep 0.05; done; sleep 1; kill -INT $p; wait $p");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_NE(outcome.err.find("interrupted at t = "), std::string::npos) << outcome.err;
-  EXPECT_EQ(FilesIn(folder_ / "out"),
-            (std::set<std::string>{"solver.csv.partial", "summary.json.partial",
-                                   "telemetry.lcmlog.partial", "trajectory.csv.partial"}));
-  const auto summary = ReadJson(folder_ / "out/summary.json.partial");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  EXPECT_EQ(
+      FilesIn(folder_ / "out.partial"),
+      (std::set<std::string>{"solver.csv", "summary.json", "telemetry.lcmlog", "trajectory.csv"}));
+  const auto summary = ReadJson(folder_ / "out.partial/summary.json");
   EXPECT_EQ(summary.at("reason"), "interrupted");
   for (const auto& drive : summary.at("control").at("drives")) {
     EXPECT_EQ(drive.at("step"), "stopped") << drive.dump();
@@ -269,10 +284,11 @@ TEST_F(ClosedLoopRun, ARunThatCannotGoOnSaysWhyAndKeepsWhatItReached) {
   const Outcome outcome = Run("--out out --set effects.jet_thrust.runaway=0.02");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_NE(outcome.err.find("jet_thrust ran away at t = 0."), std::string::npos) << outcome.err;
-  EXPECT_EQ(FilesIn(folder_ / "out"),
-            (std::set<std::string>{"solver.csv.partial", "summary.json.partial",
-                                   "telemetry.lcmlog.partial", "trajectory.csv.partial"}));
-  const auto summary = ReadJson(folder_ / "out/summary.json.partial");
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "out"));
+  EXPECT_EQ(
+      FilesIn(folder_ / "out.partial"),
+      (std::set<std::string>{"solver.csv", "summary.json", "telemetry.lcmlog", "trajectory.csv"}));
+  const auto summary = ReadJson(folder_ / "out.partial/summary.json");
   EXPECT_EQ(summary.at("complete"), false);
   EXPECT_LT(summary.at("sim_time_s"), 1.0);
 }
@@ -295,7 +311,7 @@ TEST_F(ClosedLoopRun, RefusesOptionsThatMeanNothingHere) {
     EXPECT_EQ(outcome.status, 2) << arguments;
     EXPECT_NE(outcome.err.find(told), std::string::npos) << arguments << "\n" << outcome.err;
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "out/trajectory.csv.partial")) << arguments;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "out.partial")) << arguments;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 namespace mantle::testing_tools {
@@ -72,7 +73,7 @@ TEST(MantleRun, EveryTitleOfTheTrajectoryHasADocumentedStem) {
   const Outcome outcome =
       Mantle(folder, "run " + Scene("octopus") + " --set time.duration=0.02 --out out");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/outputs.md"));
   // Columns of arms and cables are documented with ARM, CABLE, MANTLE and SPOKES in place of names,
   // and vectors by their first or last component.
   for (const char* stem : {"time_s",         "root_x_m",           "root_qz",
@@ -108,11 +109,12 @@ TEST(MantleRun, ResumedRunHasTheSameBits) {
   EXPECT_EQ(stopped.status, 0) << "it did what it was asked";
   EXPECT_NE(stopped.err.find("stopped by --stop-at at t = 0.14 s"), std::string::npos)
       << stopped.err;
-  EXPECT_TRUE(std::filesystem::exists(folder / "part/trajectory.csv.partial"));
-  EXPECT_TRUE(std::filesystem::exists(folder / "part/summary.json.partial"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "part/summary.json"));
-  const Outcome resumed = Mantle(folder, run + " --out part --resume part/checkpoint");
+  EXPECT_TRUE(std::filesystem::exists(folder / "part.partial/trajectory.csv"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "part.partial/summary.json"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "part"));
+  const Outcome resumed = Mantle(folder, run + " --out part --resume part.partial/checkpoint");
   ASSERT_EQ(resumed.status, 0) << resumed.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "part.partial"));
   EXPECT_EQ(ReadFile(folder / "part/trajectory.csv"), ReadFile(folder / "whole/trajectory.csv"));
   EXPECT_EQ(WithoutWallTime(ReadJson(folder / "part/summary.json")),
             WithoutWallTime(ReadJson(folder / "whole/summary.json")));
@@ -132,7 +134,7 @@ TEST(MantleRun, CheckpointsBelongToTheirScene) {
   const std::string run = "run " + Scene("arm_dynamic");
   ASSERT_EQ(Mantle(folder, run + " --out out --stop-at 0.1").status, 0);
   const Outcome other =
-      Mantle(folder, run + " --set time.step=0.005 --out out2 --resume out/checkpoint");
+      Mantle(folder, run + " --set time.step=0.005 --out out2 --resume out.partial/checkpoint");
   EXPECT_EQ(other.status, 2);
   EXPECT_NE(other.err.find("is of another scene"), std::string::npos) << other.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "out2"));
@@ -140,7 +142,7 @@ TEST(MantleRun, CheckpointsBelongToTheirScene) {
 
 TEST(MantleRun, ARunThatCannotContinueKeepsWhatItReached) {
   const auto folder = FreshFolder("runaway");
-  // An earlier result must not be taken for this run's.
+  // An earlier result is neither lost nor taken for this run's.
   std::filesystem::create_directories(folder / "out");
   std::ofstream(folder / "out/summary.json") << "{}\n";
   // The printed jet law runs away with the arm's mass on the root at 450 Pa (docs/scene.md,
@@ -150,25 +152,25 @@ TEST(MantleRun, ARunThatCannotContinueKeepsWhatItReached) {
   EXPECT_EQ(outcome.status, 3);
   EXPECT_NE(outcome.err.find("jet_thrust ran away at t = 0."), std::string::npos) << outcome.err;
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1);
-  EXPECT_FALSE(std::filesystem::exists(folder / "out/summary.json"));
-  const auto summary = ReadJson(folder / "out/summary.json.partial");
+  EXPECT_EQ(ReadFile(folder / "out/summary.json"), "{}\n");
+  const auto summary = ReadJson(folder / "out.partial/summary.json");
   EXPECT_EQ(summary.at("complete"), false);
   EXPECT_LT(summary.at("sim_time_s"), 1.0);
-  EXPECT_GT(ReadCsv(folder / "out/trajectory.csv.partial").size(), 5u);
+  EXPECT_GT(ReadCsv(folder / "out.partial/trajectory.csv").size(), 5u);
 }
 
 TEST(MantleRun, AnInterruptEndsTheRunWithACheckpoint) {
   const auto folder = FreshFolder("interrupt");
   const std::string run = "run " + Scene("arm_dynamic") + " --set time.duration=1e5 --out out";
   // The shell waits for the first checkpoint, then interrupts the program.
-  const Outcome outcome =
-      Mantle(folder, run +
-                         " --checkpoint-every 1 & p=$!; "
-                         "while [ ! -e out/checkpoint ] && kill -0 $p; do sleep 0.05; done; "
-                         "kill -INT $p; wait $p");
+  const Outcome outcome = Mantle(
+      folder, run +
+                  " --checkpoint-every 1 & p=$!; "
+                  "while [ ! -e out.partial/checkpoint ] && kill -0 $p; do sleep 0.05; done; "
+                  "kill -INT $p; wait $p");
   EXPECT_EQ(outcome.status, 3);
-  EXPECT_TRUE(std::filesystem::exists(folder / "out/checkpoint"));
-  EXPECT_EQ(ReadJson(folder / "out/summary.json.partial").at("reason"), "interrupted");
+  EXPECT_TRUE(std::filesystem::exists(folder / "out.partial/checkpoint"));
+  EXPECT_EQ(ReadJson(folder / "out.partial/summary.json").at("reason"), "interrupted");
 }
 
 TEST(MantleRun, HelpTeaches) {

@@ -62,7 +62,7 @@ TEST(MantleStatic, WhatCannotBeReachedIsKeptAsPartial) {
   EXPECT_EQ(outcome.status, 3);
   EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "out/summary.json"));
-  const auto summary = ReadJson(folder / "out/summary.json.partial");
+  const auto summary = ReadJson(folder / "out.partial/summary.json");
   EXPECT_EQ(summary["complete"], false);
   EXPECT_NEAR(summary["load_factor"].get<double>(), 494.1 / 500, 5e-3) << "close to the fold";
 }

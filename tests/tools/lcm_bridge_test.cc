@@ -1,7 +1,9 @@
 #include "tools/mantle/lcm_bridge.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <csignal>
 #include <map>
 #include <stdexcept>
 
@@ -132,26 +134,46 @@ TEST(LcmBridge, ListsOfDifferentLengthAndTextsWithZeroBytesAreRefused) {
   EXPECT_EQ(link->counters().written, 0U);
 }
 
-TEST(LcmBridge, TheLogAppearsWholeOrNotAtAll) {
-  const auto folder = FreshFolder("lcm_partial");
-  {
-    auto link = OpenLcm({.log_folder = folder});
-    OctopusMessages(0).WriteTo(*link);
-    EXPECT_FALSE(std::filesystem::exists(folder / kTelemetryLogName));
-  }
-  const auto partial = folder / "telemetry.lcmlog.partial";
-  EXPECT_FALSE(std::filesystem::exists(folder / kTelemetryLogName));
-  EXPECT_EQ(ReadEventLog(partial, [](const LogEvent&) {}).events, kMessagesPerSample);
+TEST(LcmBridge, ALogThatIsNotFinishedCanBeRead) {
+  const auto folder = FreshFolder("lcm_unfinished");
+  { OctopusMessages(0).WriteTo(*OpenLcm({.log_folder = folder})); }
+  const LogEnd end = ReadEventLog(folder / kTelemetryLogName, [](const LogEvent&) {});
+  EXPECT_EQ(end.events, kMessagesPerSample);
+  EXPECT_FALSE(end.damaged_at_byte.has_value());
 }
 
-TEST(LcmBridge, AFullDiskIsSaid) {
-  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full on this system";
+TEST(LcmBridge, AFullDiskIsSaidWhenItHappensAndLeavesWholeEvents) {
   const auto folder = FreshFolder("lcm_full");
-  std::filesystem::create_symlink("/dev/full", folder / "telemetry.lcmlog.partial");
-  auto link = OpenLcm({.log_folder = folder});
-  OctopusMessages(0).WriteTo(*link);
-  EXPECT_THROW(link->FinishLog(), std::runtime_error);
-  EXPECT_FALSE(std::filesystem::exists(folder / kTelemetryLogName));
+  // A limit of the size of files stands for the disk's.
+  constexpr rlim_t kLimit_bytes = 100'000;
+  struct rlimit before {};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const rlimit limit{kLimit_bytes, before.rlim_max};
+  std::signal(SIGXFSZ, SIG_IGN);
+  setrlimit(RLIMIT_FSIZE, &limit);
+  int written = 0;
+  {
+    auto link = OpenLcm({.log_folder = folder});
+    EXPECT_THROW(
+        for (;;) {
+          OctopusMessages(written).WriteTo(*link);
+          ASSERT_LT(++written, 1000);
+        },
+        CannotGoOn);
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  const LogEnd end = ReadEventLog(folder / kTelemetryLogName, [](const LogEvent&) {});
+  EXPECT_GT(end.events, 0);
+  EXPECT_LE(end.events, (written + 1) * kMessagesPerSample);
+  EXPECT_FALSE(end.damaged_at_byte.has_value());
+}
+
+TEST(LcmBridge, NoLinkIsFollowedByALog) {
+  const auto folder = FreshFolder("lcm_link");
+  std::ofstream(folder / "precious") << "mine\n";
+  std::filesystem::create_symlink("precious", folder / kTelemetryLogName);
+  OpenLcm({.log_folder = folder})->FinishLog();
+  EXPECT_EQ(ReadFile(folder / "precious"), "mine\n");
 }
 
 TEST(LcmBridge, ADamagedLogIsReadUpToTheDamage) {
@@ -171,8 +193,8 @@ TEST(LcmBridge, ADamagedLogIsReadUpToTheDamage) {
   };
   expect(whole.substr(0, ends[7] + kHeader_bytes + 100), 7);  // cut short in a message
   expect(whole.substr(0, ends[7] + 10), 7);                   // cut short in a header
-  expect(whole.substr(0, ends[7]) + "foreign", 6);
-  expect(std::string(whole).replace(ends[7], 1, "x"), 6);  // a damaged sync word
+  expect(whole.substr(0, ends[7]) + "foreign", 7);
+  expect(std::string(whole).replace(ends[7], 1, "x"), 7);  // a damaged sync word
   expect("no log", 0);
   std::ofstream(file, std::ios::binary) << whole.substr(0, ends[7]);
   EXPECT_FALSE(ReadEventLog(file, [](const LogEvent&) {}).damaged_at_byte.has_value());

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -16,6 +15,8 @@
 #include "firmware_sim/bus/open_bus.h"
 #include "firmware_sim/bus/socket_time.h"
 #include "firmware_sim/canopen/traffic.h"
+#include "tools/mantle/bad_input.h"
+#include "tools/mantle/standard_output.h"
 
 namespace mantle::tools {
 
@@ -61,10 +62,10 @@ class Monitor {
     if (first_us_ == 0) first_us_ = frame.time_us;
     if (options_.changes && !Changed(frame, decoded)) return;
     if (options_.json) {
-      std::cout << ToJson(frame, decoded).dump() << "\n";
+      PrintText(ToJson(frame, decoded).dump() + "\n");
     } else {
-      std::cout << fmt::format("{:12.6f}  ", static_cast<double>(frame.time_us - first_us_) * 1e-6)
-                << Describe(frame) << "\n";
+      Print("{:12.6f}  {}\n", static_cast<double>(frame.time_us - first_us_) * 1e-6,
+            Describe(frame));
     }
   }
 
@@ -72,17 +73,17 @@ class Monitor {
     const double percent = LoadPercent(interval_bits_, interval_us);
     most_percent_ = std::max(most_percent_, percent);
     if (options_.json) {
-      std::cout << Json{{"type", "load"},
-                        {"frames", interval_frames_},
-                        {"percent", percent},
-                        {"warn", percent > kBusLoadWarningPercent}}
-                       .dump()
-                << std::endl;
+      PrintText(Json{{"type", "load"},
+                     {"frames", interval_frames_},
+                     {"percent", percent},
+                     {"warn", percent > kBusLoadWarningPercent}}
+                    .dump() +
+                "\n");
     } else {
-      std::cout << fmt::format("-- {} frames, bus load {:.1f} % of 1 Mbit/s{}", interval_frames_,
-                               percent, Warning(percent))
-                << std::endl;
+      Print("-- {} frames, bus load {:.1f} % of 1 Mbit/s{}\n", interval_frames_, percent,
+            Warning(percent));
     }
+    FlushOutput();
     interval_frames_ = 0;
     interval_bits_ = 0;
   }
@@ -90,30 +91,29 @@ class Monitor {
   void ShowSummary(std::int64_t elapsed_us, const BusCounters& counters) const {
     const double percent = LoadPercent(bits_, elapsed_us);
     if (options_.json) {
-      std::cout << Json{{"type", "summary"},
-                        {"seconds", static_cast<double>(elapsed_us) * 1e-6},
-                        {"frames", frames_},
-                        {"services", frames_of_},
-                        {"percent", percent},
-                        {"receive_dropped", counters.receive_dropped},
-                        {"malformed", counters.malformed},
-                        {"error_frames", counters.error_frames},
-                        {"recoveries", counters.recoveries}}
-                       .dump()
-                << std::endl;
+      PrintText(Json{{"type", "summary"},
+                     {"seconds", static_cast<double>(elapsed_us) * 1e-6},
+                     {"frames", frames_},
+                     {"services", frames_of_},
+                     {"percent", percent},
+                     {"receive_dropped", counters.receive_dropped},
+                     {"malformed", counters.malformed},
+                     {"error_frames", counters.error_frames},
+                     {"recoveries", counters.recoveries}}
+                    .dump() +
+                "\n");
       return;
     }
-    std::cout << fmt::format("== {:.1f} s, {} frames, bus load {:.1f} % of 1 Mbit/s{}\n",
-                             static_cast<double>(elapsed_us) * 1e-6, frames_, percent,
-                             Warning(percent));
+    Print("== {:.1f} s, {} frames, bus load {:.1f} % of 1 Mbit/s{}\n",
+          static_cast<double>(elapsed_us) * 1e-6, frames_, percent, Warning(percent));
     for (const auto& [service, count] : frames_of_) {
-      std::cout << fmt::format("   {:<12} {}\n", service, count);
+      Print("   {:<12} {}\n", service, count);
     }
     if (counters.receive_dropped > 0 || counters.malformed > 0 || counters.recoveries > 0) {
-      std::cout << fmt::format("   lost before we read them {}, malformed {}, link recoveries {}\n",
-                               counters.receive_dropped, counters.malformed, counters.recoveries);
+      Print("   lost before we read them {}, malformed {}, link recoveries {}\n",
+            counters.receive_dropped, counters.malformed, counters.recoveries);
     }
-    std::cout << std::flush;
+    FlushOutput();
   }
 
  private:
@@ -141,6 +141,12 @@ class Monitor {
   std::map<std::string, std::uint64_t> frames_of_;
   std::map<std::uint32_t, std::string> last_;
 };
+
+void Demand(bool written, const std::string& record) {
+  if (!written) {
+    throw CannotGoOn(fmt::format("--record: {}: cannot be written; is the disk full?", record));
+  }
+}
 
 }  // namespace
 
@@ -170,7 +176,8 @@ int RunMonitor(const MonitorOptions& options, const std::atomic<bool>& interrupt
       if (log) log->Write(batch[i]);
       monitor.Show(batch[i]);
     }
-    if (count > 0 && count < batch.size()) std::cout << std::flush;
+    if (log) Demand(log->good(), options.record);
+    if (count > 0 && count < batch.size()) FlushOutput();
     now_us = MonotonicTime_us();
     if (now_us - interval_begin_us >= kSecond_us) {
       monitor.ShowLoad(now_us - interval_begin_us);
@@ -178,10 +185,7 @@ int RunMonitor(const MonitorOptions& options, const std::atomic<bool>& interrupt
     }
   }
   monitor.ShowSummary(now_us - begin_us, bus->counters());
-  if (log && !log->Flush()) {
-    std::cerr << "mantle bus monitor: log file '" << options.record << "': not all was written\n";
-    return 1;
-  }
+  if (log) Demand(log->Flush(), options.record);
   return 0;
 }
 

@@ -5,10 +5,9 @@
 #include <cmath>
 #include <csignal>
 #include <cstdint>
-#include <fstream>
-#include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <system_error>
@@ -18,8 +17,10 @@
 #include "firmware_sim/bus/log_player.h"
 #include "firmware_sim/bus/open_bus.h"
 #include "firmware_sim/bus/socket_time.h"
+#include "loop/scene/regular_file.h"
 #include "tools/mantle/bus_monitor.h"
 #include "tools/mantle/commands.h"
+#include "tools/mantle/standard_output.h"
 
 /// `mantle bus`: what is on a bus, in words and in per cent of its capacity.
 
@@ -62,9 +63,9 @@ int Guard(std::string_view command, const Body& body) {
   try {
     return body();
   } catch (const std::invalid_argument& error) {
-    std::cerr << "mantle bus " << command << ": " << error.what() << "\n";
+    ComplainText(error.what(), fmt::format("mantle bus {}", command));
   } catch (const std::system_error& error) {
-    std::cerr << "mantle bus " << command << ": " << error.what() << "\n";
+    ComplainText(error.what(), fmt::format("mantle bus {}", command));
   }
   return kExitBadInput;
 }
@@ -95,40 +96,45 @@ int RunLoad(LoadOptions options) {
                       {"per_cycle", row.count},
                       {"worst_bits", row.worst_bits}});
     }
-    std::cout << Json{{"rows", rows},
-                      {"frames", load.frames},
-                      {"least_bits", load.least_bits},
-                      {"worst_bits", load.worst_bits},
-                      {"least_percent", load.least_percent},
-                      {"worst_percent", load.worst_percent},
-                      {"warn", load.warn}}
-                     .dump(2)
-              << "\n";
+    PrintText(Json{{"rows", rows},
+                   {"frames", load.frames},
+                   {"least_bits", load.least_bits},
+                   {"worst_bits", load.worst_bits},
+                   {"least_percent", load.least_percent},
+                   {"worst_percent", load.worst_percent},
+                   {"warn", load.warn}}
+                  .dump(2) +
+              "\n");
     return 0;
   }
-  std::cout << fmt::format("{:<10} {:<22} {:>5} {:>9} {:>11} {:>12}\n", "frame", "COB-ID", "bytes",
-                           "per cycle", "bits, worst", "bits a cycle");
+  Print("{:<10} {:<22} {:>5} {:>9} {:>11} {:>12}\n", "frame", "COB-ID", "bytes", "per cycle",
+        "bits, worst", "bits a cycle");
   for (const LoadRow& row : load.rows) {
-    std::cout << fmt::format("{:<10} {:<22} {:>5} {:>9.6g} {:>11} {:>12.1f}\n", row.frame,
-                             row.cob_id, row.size, row.count, row.worst_bits,
-                             row.count * row.worst_bits);
+    Print("{:<10} {:<22} {:>5} {:>9.6g} {:>11} {:>12.1f}\n", row.frame, row.cob_id, row.size,
+          row.count, row.worst_bits, row.count * row.worst_bits);
   }
-  std::cout << fmt::format(
+  Print(
       "{} drives every {} ms: {:.6g} frames, {:.0f} to {:.0f} bits a cycle (without and with the "
       "most stuff bits)\nbus load {:.1f} to {:.1f} % of 1 Mbit/s\n",
       options.traffic.drives, options.period_ms, load.frames, load.least_bits, load.worst_bits,
       load.least_percent, load.worst_percent);
   if (load.worst_percent > 100) {
-    std::cout << "WARNING: does not fit on the bus in the worst case\n";
+    PrintText("WARNING: does not fit on the bus in the worst case\n");
   } else if (load.warn) {
-    std::cout << "WARNING: above 70 %: late frames, and no room for SDO and EMCY\n";
+    PrintText("WARNING: above 70 %: late frames, and no room for SDO and EMCY\n");
   }
   return 0;
 }
 
 int RunPlay(const PlayOptions& options) {
-  std::ifstream in(options.file);
-  if (!in) throw std::invalid_argument(fmt::format("log file '{}' cannot be read", options.file));
+  constexpr std::uintmax_t kMostBytes = 256 << 20;
+  std::istringstream in;
+  try {
+    in.str(scene::ReadRegularFile(options.file, kMostBytes));
+  } catch (const scene::UnreadableFile& error) {
+    throw std::invalid_argument(
+        fmt::format("log file '{}' cannot be read: {}", options.file, error.what()));
+  }
   CandumpLog log;
   try {
     log = ReadCandumpLog(in);
@@ -146,8 +152,8 @@ int RunPlay(const PlayOptions& options) {
       SleepFor(std::clamp<std::int64_t>(player.next_due_us() - now_us, 0, kWaitSlice_us));
     }
   }
-  std::cout << fmt::format("{} frames sent, {} refused by the bus, {} CAN FD frames skipped\n",
-                           sent, player.refused(), log.skipped);
+  Print("{} frames sent, {} refused by the bus, {} CAN FD frames skipped\n", sent, player.refused(),
+        log.skipped);
   return player.refused() == 0 ? 0 : kExitCannotContinue;
 }
 

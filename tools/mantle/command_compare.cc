@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/reduced_run.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
 
 namespace mantle::tools {
@@ -18,7 +20,9 @@ constexpr const char* kHelp =
     "  mantle compare scenes/paper.toml --out results\n"
     "  mantle compare scenes/paper.toml --set reduced.segments=3 --set reduced.strains=six\n\n"
     "Writes summary.json (fields reduced_error_*, lengths relative to the body length), full.csv\n"
-    "and reduced.csv. Exit status 0: done. 2: bad input. 3: one of the runs could not go on.";
+    "and reduced.csv. Exit status 0: done. 2: bad input. 3: one of the runs could not go on; what "
+    "was\n"
+    "reached is in the folder DIR.partial.";
 
 using Clock = std::chrono::steady_clock;
 double Since(Clock::time_point begin) {
@@ -48,22 +52,15 @@ Recorded Record(Simulation* simulation, double duration_s) {
 
 int Compare(const SceneOptions& options) {
   scene::Scene scene = options.Load();
-  if (!scene.has_time) {
-    throw scene::BadScene(options.scene_file +
-                          ": time: table is missing: `mantle compare` needs [time] with `duration` "
-                          "> 0 s");
-  }
+  DemandTime(options, scene, "mantle compare");
   // An output interval shorter than the plant's step would sample each at its own steps.
   scene.run.step_s = std::min(scene.run.step_s, 0.5 * scene.run.output_interval_s);
   const auto small = BuildReduced(options, scene);
   reduced::ReducedSimulation fast = BuildSimulation(options, scene, *small);
-  const std::filesystem::path folder = options.OutputFolder(scene);
-  PrepareFolder(folder);
-  RemoveOldResults(folder, {"summary.json", "full.csv", "reduced.csv"});
+  const auto plant = BuildFullRun(options, scene, small->plant);
+  ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   CatchInterrupts();
   const Recorded quick = Record(&fast, scene.run.duration_s);
-  auto plant = InScene(
-      options, [&] { return std::make_unique<model::Simulation>(small->plant, scene.run); });
   const Recorded full = Record(plant.get(), scene.run.duration_s);
 
   const bool complete = full.result.ok && quick.result.ok && !Interrupted();
@@ -71,11 +68,10 @@ int Compare(const SceneOptions& options) {
                              : Interrupted()  ? "interrupted"
                              : full.result.ok ? "reduced model: " + quick.result.reason
                                               : "full model: " + full.result.reason;
-  const auto finish = [&](OutputFile* file) { complete ? file->Publish() : file->Flush(); };
   for (const auto& [name, run] : {std::pair{"full.csv", &full}, std::pair{"reduced.csv", &quick}}) {
-    OutputFile file(folder, name, TrajectoryTitles(small->plant));
+    OutputFile file(folder.partial(), name, TrajectoryTitles(small->plant));
     for (const model::Sample& s : run->samples) file.Write(TrajectoryRow(small->plant, s));
-    finish(&file);
+    file.Close();
   }
   Json summary;
   summary["scene"] = scene.name;
@@ -94,24 +90,23 @@ int Compare(const SceneOptions& options) {
   summary["reduced"]["rejected_steps"] = quick.result.counters.rejected;
   summary["reduced"]["ok"] = quick.result.ok;
   summary["reduced"]["reason"] = quick.result.reason;
-  OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
-  finish(&file);
-  if (options.json) {
-    fmt::print("{}\n", summary.dump(2));
-  } else if (complete) {
-    fmt::print("{}: reduced model with {} states against the full one with {}\n", scene.name,
-               2 * small->velocity_count(), 2 * small->plant.velocity_size());
-    for (const auto& [key, value] : summary.items()) {
-      if (key.rfind("reduced_error_", 0) == 0)
-        fmt::print("  {:40} {:.3e}\n", key, value.get<double>());
-    }
-    fmt::print("  results in {}\n", folder.string());
+  WriteWhole(folder.partial(), "summary.json", Dump(summary));
+  if (complete) {
+    folder.Publish();
+  } else {
+    Complain("{}: {}; partial results in {}", scene.name, reason, folder.partial().string());
   }
-  std::fflush(stdout);
-  if (complete) return 0;
-  fmt::print(stderr, "mantle: {}: {}; partial results in {}\n", scene.name, reason,
-             folder.string());
-  return kExitCannotContinue;
+  if (options.json) {
+    PrintText(Dump(summary));
+  } else if (complete) {
+    Print("{}: reduced model with {} states against the full one with {}\n", scene.name,
+          2 * small->velocity_count(), 2 * small->plant.velocity_size());
+    for (const auto& [key, value] : summary.items()) {
+      if (key.rfind("reduced_error_", 0) == 0) Print("  {:40} {:.3e}\n", key, value.get<double>());
+    }
+    Print("  results in {}\n", folder.folder().string());
+  }
+  return complete ? 0 : kExitCannotContinue;
 }
 
 }  // namespace

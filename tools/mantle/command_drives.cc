@@ -15,6 +15,7 @@
 #include "firmware_sim/canopen/eds.h"
 #include "firmware_sim/drive/drive.h"
 #include "tools/mantle/commands.h"
+#include "tools/mantle/standard_output.h"
 
 namespace mantle::tools {
 namespace {
@@ -79,7 +80,7 @@ void Check(const Options& options) {
 class Runner {
  public:
   Runner(Bus& bus, const Options& options)
-      : bus_(bus), report_(options.json ? stderr : stdout), start_us_(MonotonicTime_us()) {
+      : bus_(bus), to_output_(!options.json), start_us_(MonotonicTime_us()) {
     for (int i = 0; i < options.nodes; ++i) {
       DriveConfig config;
       config.node = static_cast<NodeId>(options.first_node + i);
@@ -170,8 +171,12 @@ class Runner {
       std::string line = fmt::format("{:10.3f} s  drive {:3}  {} -> {}", Elapsed_s(),
                                      drives_[i].objects().node(), Name(states_[i]), Name(state));
       if (code != 0) line += fmt::format("  ({:04X} {})", code, Name(static_cast<EmcyCode>(code)));
-      fmt::print(report_, "{}\n", line);
-      std::fflush(report_);
+      if (to_output_) {
+        PrintText(line + "\n");
+        FlushOutput();
+      } else {
+        fmt::print(stderr, "{}\n", line);
+      }
       states_[i] = state;
     }
   }
@@ -179,7 +184,7 @@ class Runner {
   double Elapsed_s() const { return 1e-6 * static_cast<double>(MonotonicTime_us() - start_us_); }
 
   Bus& bus_;
-  std::FILE* report_;
+  bool to_output_;  ///< changes of state; else to standard error
   std::int64_t start_us_;
   std::int64_t end_us_{0};
   std::vector<Drive> drives_;
@@ -188,7 +193,7 @@ class Runner {
 
 int Run(const Options& options) {
   if (options.eds) {
-    fmt::print("{}", MakeEds());
+    PrintText(MakeEds());
     return 0;
   }
   try {
@@ -202,18 +207,18 @@ int Run(const Options& options) {
     runner.Run();
     const nlohmann::json status = runner.Status();
     if (options.json) {
-      fmt::print("{}\n", status.dump(2));
+      Print("{}\n", status.dump(2));
     } else {
-      fmt::print("ran {:.3f} s: {} frames sent, {} received, {} lost\n",
-                 status["ran_s"].get<double>(), status["frames_sent"].get<std::uint64_t>(),
-                 status["frames_received"].get<std::uint64_t>(),
-                 status["receive_dropped"].get<std::uint64_t>());
+      Print("ran {:.3f} s: {} frames sent, {} received, {} lost\n", status["ran_s"].get<double>(),
+            status["frames_sent"].get<std::uint64_t>(),
+            status["frames_received"].get<std::uint64_t>(),
+            status["receive_dropped"].get<std::uint64_t>());
     }
     return 0;
   } catch (const std::invalid_argument& error) {
-    fmt::print(stderr, "mantle drives: {}\n", error.what());
+    ComplainText(error.what(), "mantle drives");
   } catch (const std::system_error& error) {
-    fmt::print(stderr, "mantle drives: {}\n", error.what());
+    ComplainText(error.what(), "mantle drives");
   }
   return kExitBadInput;
 }

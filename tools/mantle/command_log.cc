@@ -10,6 +10,8 @@
 
 #include "tools/mantle/commands.h"
 #include "tools/mantle/lcm_bridge.h"
+#include "tools/mantle/standard_output.h"
+#include "tools/mantle/summary.h"
 #include "tools/mantle/telemetry_fields.h"
 
 /// `mantle log`: what is in an event log, and one channel of it as a table.
@@ -17,14 +19,14 @@
 namespace mantle::tools {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr const char* kHelp =
     "Say what is in an LCM event log: channels, counts, rates, time span; print one channel as a "
     "table.\n\n"
     "  mantle log results/telemetry.lcmlog\n"
     "  mantle log results/telemetry.lcmlog --channel MANTLE_PLAN --csv > plan.csv\n\n"
-    "Reads any LCM log; decodes the channels of docs/telemetry.md. Exit status 3: the log is cut\n"
+    "Reads any LCM log; decodes the channels of docs/telemetry.md. Exit status 2: no log, or no "
+    "message of\n"
+    "the channel that can be read. 3: the log is cut\n"
     "short or damaged; what stands before that is printed.";
 
 struct LogOptions {
@@ -91,7 +93,7 @@ class CsvPrinter final : public TelemetrySink {
     VisitFields([&](const char* name, const auto& field) { Add(name, field); }, message);
     if (first_titles_.empty()) {
       first_titles_ = titles_;
-      fmt::print("{}\n", titles_);
+      PrintText(titles_ + "\n");
     }
     if (titles_ != first_titles_) {
       throw BadInput(
@@ -99,7 +101,7 @@ class CsvPrinter final : public TelemetrySink {
                       "one robot and one horizon in a table",
                       Message::kChannel, message.utime));
     }
-    fmt::print("{}\n", row_);
+    PrintText(row_ + "\n");
   }
 
   std::string first_titles_, titles_, row_;
@@ -108,23 +110,30 @@ class CsvPrinter final : public TelemetrySink {
 int PrintTable(const LogOptions& options) {
   CsvPrinter printer;
   std::int64_t rows = 0, malformed = 0;
+  const char* why = "";
   const LogEnd end = ReadEventLog(options.file, [&](const LogEvent& event) {
     if (event.channel != options.channel) return;
-    ++(DecodeTelemetry(event.channel, event.bytes, printer) ? rows : malformed);
+    ++(DecodeTelemetry(event.channel, event.bytes, printer, &why) ? rows : malformed);
   });
-  if (rows == 0) {
+  if (rows == 0 && malformed > 0) {
+    throw BadInput(fmt::format("{}: {} messages of {}, none of its type: {}", options.file,
+                               malformed, options.channel, why));
+  }
+  if (rows == 0 && !end.damaged_at_byte) {
     throw BadInput(
         fmt::format("--channel: {}: no message of ours in {}; `mantle log {}` lists the channels",
                     options.channel, options.file, options.file));
   }
+  std::string wrong;
   if (malformed > 0) {
-    fmt::print(stderr, "mantle: {}: {} messages of {} are not of its type\n", options.file,
-               malformed, options.channel);
+    wrong =
+        fmt::format("{} messages of {} are not of its type: {}", malformed, options.channel, why);
   }
   if (end.damaged_at_byte) {
-    fmt::print(stderr, "mantle: {}: cut short or damaged after event {} (byte {})\n", options.file,
-               end.events, *end.damaged_at_byte);
+    wrong += fmt::format("{}cut short or damaged after event {} (byte {})",
+                         wrong.empty() ? "" : "; ", end.events, *end.damaged_at_byte);
   }
+  if (!wrong.empty()) Complain("{}: {}", options.file, wrong);
   return malformed == 0 && !end.damaged_at_byte ? 0 : kExitCannotContinue;
 }
 
@@ -149,21 +158,20 @@ int PrintCounts(const LogOptions& options) {
                              {"last_us", c.last_us},
                              {"rate_hz", c.rate_hz()}};
     }
-    fmt::print("{}\n", j.dump(2));
+    PrintText(Dump(j));
   } else {
-    fmt::print("{}: {} messages in {:.6g} s\n", options.file, all.messages, all.span_s());
-    fmt::print("{:<24} {:>9} {:>10} {:>12} {:>12} {:>12}\n", "channel", "messages", "rate, Hz",
-               "mean, bytes", "from, s", "to, s");
+    Print("{}: {} messages in {:.6g} s\n", options.file, all.messages, all.span_s());
+    Print("{:<24} {:>9} {:>10} {:>12} {:>12} {:>12}\n", "channel", "messages", "rate, Hz",
+          "mean, bytes", "from, s", "to, s");
     for (const auto& [name, c] : channels) {
-      fmt::print("{:<24} {:>9} {:>10.4g} {:>12.0f} {:>12.3f} {:>12.3f}\n", name, c.messages,
-                 c.rate_hz(), static_cast<double>(c.bytes) / static_cast<double>(c.messages),
-                 1e-6 * static_cast<double>(c.first_us), 1e-6 * static_cast<double>(c.last_us));
+      Print("{:<24} {:>9} {:>10.4g} {:>12.0f} {:>12.3f} {:>12.3f}\n", name, c.messages, c.rate_hz(),
+            static_cast<double>(c.bytes) / static_cast<double>(c.messages),
+            1e-6 * static_cast<double>(c.first_us), 1e-6 * static_cast<double>(c.last_us));
     }
   }
   if (!end.damaged_at_byte) return 0;
-  std::fflush(stdout);
-  fmt::print(stderr, "mantle: {}: cut short or damaged after event {} (byte {})\n", options.file,
-             end.events, *end.damaged_at_byte);
+  Complain("{}: cut short or damaged after event {} (byte {})", options.file, end.events,
+           *end.damaged_at_byte);
   return kExitCannotContinue;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "firmware_sim/bus/open_bus.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/lcm_bridge.h"
@@ -15,6 +16,7 @@
 #include "tools/mantle/reduced_run.h"
 #include "tools/mantle/run_checkpoint.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
 #include "tools/mantle/trajectory.h"
 
@@ -32,21 +34,20 @@ constexpr const char* kHelp =
     "  mantle run scenes/paper.toml --json | python3 -m json.tool\n"
     "  mantle run scenes/paper.toml --model reduced\n"
     "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
-    "  mantle run scenes/paper.toml --out r --resume r/checkpoint\n"
+    "  mantle run scenes/paper.toml --out r --resume r.partial/checkpoint\n"
     "  mantle run scenes/steer.toml --out results                   # closed loop\n"
     "  mantle run scenes/steer.toml --realtime --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "  mantle run scenes/steer.toml --bus can:vcan0 --record bus.log\n\n"
-    "Exit status 0: done. 2: bad input, nothing written. 3: the run could not go on; what it "
-    "reached\n"
-    "is in *.partial.";
+    "Exit status 0: done. 1: standard output could not be written. 2: bad input, nothing changed. "
+    "3: "
+    "the\nrun could not go on; what it reached is in the folder DIR.partial, and DIR is as it was.";
 
 struct RunOptions {
   SceneOptions scene;
   double checkpoint_every_s{std::numeric_limits<double>::infinity()};
   double stop_at_s{std::numeric_limits<double>::infinity()};
   std::string resume;
-  std::string model{"full"};
-  bool open_loop{false};
+  RunChoice choice;
   ControlRunOptions control;
 
   bool has_checkpoints() const {
@@ -61,26 +62,26 @@ double Seconds(std::chrono::steady_clock::duration d) {
 void PrintSummary(const Json& j, const std::filesystem::path& folder) {
   const Json& root = j["final"]["root"];
   const auto p = root["position_m"].get<std::vector<double>>();
-  fmt::print("{}: {:.6g} s simulated in {:.3g} s ({:.1f}x real time), {} steps, {} rejected\n",
-             j["scene"].get<std::string>(), j["sim_time_s"].get<double>(),
-             j["wall_time_s"].get<double>(), j["realtime_factor"].get<double>(),
-             j["steps"].get<long>(), j["rejected_steps"].get<long>());
-  fmt::print("  root at ({:.4f}, {:.4f}, {:.4f}) m\n", p[0], p[1], p[2]);
+  Print("{}: {:.6g} s simulated in {:.3g} s ({:.1f}x real time), {} steps, {} rejected\n",
+        j["scene"].get<std::string>(), j["sim_time_s"].get<double>(),
+        j["wall_time_s"].get<double>(), j["realtime_factor"].get<double>(), j["steps"].get<long>(),
+        j["rejected_steps"].get<long>());
+  Print("  root at ({:.4f}, {:.4f}, {:.4f}) m\n", p[0], p[1], p[2]);
   for (const auto& [name, tip] : j["final"]["tips"].items()) {
     const auto t = tip["position_m"].get<std::vector<double>>();
-    fmt::print("  tip of {} at ({:.4f}, {:.4f}, {:.4f}) m\n", name, t[0], t[1], t[2]);
+    Print("  tip of {} at ({:.4f}, {:.4f}, {:.4f}) m\n", name, t[0], t[1], t[2]);
   }
   if (!j["volume_m3"].is_null()) {
-    fmt::print("  volume {:.2f} to {:.2f} mL\n", 1e6 * j["volume_m3"]["min"].get<double>(),
-               1e6 * j["volume_m3"]["max"].get<double>());
+    Print("  volume {:.2f} to {:.2f} mL\n", 1e6 * j["volume_m3"]["min"].get<double>(),
+          1e6 * j["volume_m3"]["max"].get<double>());
   }
   if (!j["power_balance_residual"].is_null()) {
-    fmt::print("  power balance residual {:.2e}", j["power_balance_residual"].get<double>());
+    Print("  power balance residual {:.2e}", j["power_balance_residual"].get<double>());
     if (!j["energy_drift"].is_null())
-      fmt::print(", energy drift {:.2e}", j["energy_drift"].get<double>());
-    fmt::print("\n");
+      Print(", energy drift {:.2e}", j["energy_drift"].get<double>());
+    Print("\n");
   }
-  fmt::print("  results in {}\n", folder.string());
+  Print("  results in {}\n", folder.string());
 }
 
 /// One run of the command: owns what its sample-by-sample observer needs.
@@ -90,25 +91,17 @@ class RunJob {
       : options_(options),
         scene_(options.scene.Load()),
         plant_(BuildPlant(options.scene, scene_)),
-        folder_(options.scene.OutputFolder(scene_)),
-        fingerprint_(SceneFingerprint(options.scene)) {
-    if (!scene_.has_time) {
-      throw scene::BadScene(
-          options.scene.scene_file +
-          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 s");
-    }
+        out_(options.scene.OutputFolder(scene_)) {
+    DemandTime(options.scene, scene_, "mantle run");
   }
 
   int Execute() {
     DemandCheckpoints();
-    simulation_ = InScene(options_.scene,
-                          [&] { return std::make_unique<model::Simulation>(plant_, scene_.run); });
+    simulation_ = BuildFullRun(options_.scene, scene_, plant_);
     const std::string before = Resume();
     const double start_s = simulation_->time_s();
-    PrepareFolder(folder_);
-    RemoveOldResults(folder_, kRunResults);
-    trajectory_ = std::make_unique<OutputFile>(folder_, "trajectory.csv",
-                                               before.empty() ? TrajectoryTitles(plant_) : before);
+    OpenFolder();
+    StartTrajectory(before.empty() ? TrajectoryTitles(plant_) : before);
     next_checkpoint_s_ = NextCheckpoint(start_s);
     CatchInterrupts();
     Progress progress(start_s, scene_.run.duration_s, "s", true);
@@ -126,10 +119,11 @@ class RunJob {
   const RunOptions& options_;
   scene::Scene scene_;
   model::Plant plant_;
-  std::filesystem::path folder_;
-  std::uint64_t fingerprint_;
+  std::filesystem::path out_;
+  std::unique_ptr<ResultFolder> folder_;
   std::unique_ptr<model::Simulation> simulation_;
   std::unique_ptr<OutputFile> trajectory_;
+  std::uint64_t trajectory_hash_{scene::kEmptyHash};
   VolumeRange volume_;
   double next_checkpoint_s_{0};
 
@@ -150,14 +144,30 @@ class RunJob {
   // Rows of the trajectory so far; empty for a run from the start.
   std::string Resume() {
     if (options_.resume.empty()) return {};
-    const RunCheckpoint c = ReadCheckpoint(options_.resume, fingerprint_);
+    const RunCheckpoint c = ReadCheckpoint(options_.resume, scene_.fingerprint);
     try {
       simulation_->Restore(c.simulation);
     } catch (const model::BadRobot& error) {
       throw BadInput(fmt::format("--resume: {}: {}", options_.resume, error.what()));
     }
     volume_ = c.volume;
-    return TrajectoryBefore(options_.resume, c.trajectory_bytes);
+    return TrajectoryBefore(options_.resume, c);
+  }
+
+  // What it goes on from stays until there is something newer.
+  void OpenFolder() {
+    constexpr const char* kResumed[] = {"trajectory.csv", "checkpoint"};
+    std::error_code absent;
+    const bool goes_on =
+        !options_.resume.empty() &&
+        std::filesystem::equivalent(options_.resume, PartialOf(out_, "checkpoint"), absent);
+    folder_ = std::make_unique<ResultFolder>(out_, kSceneResults,
+                                             goes_on ? ResultNames(kResumed) : ResultNames());
+  }
+
+  void StartTrajectory(const std::string& begin) {
+    trajectory_ = std::make_unique<OutputFile>(folder_->partial(), "trajectory.csv", begin);
+    trajectory_hash_ = scene::Hash(begin);
   }
 
   double NextCheckpoint(double t_s) const {
@@ -167,13 +177,15 @@ class RunJob {
 
   void SaveCheckpoint() {
     trajectory_->Flush();
-    WriteWhole(folder_, "checkpoint",
-               CheckpointText(
-                   {fingerprint_, trajectory_->size_bytes(), volume_, simulation_->Checkpoint()}));
+    WriteWhole(folder_->partial(), "checkpoint",
+               CheckpointText({scene_.fingerprint, trajectory_->size_bytes(), trajectory_hash_,
+                               volume_, simulation_->Checkpoint()}));
   }
 
   bool OnSample(const model::Sample& sample) {
-    trajectory_->Write(TrajectoryRow(plant_, sample));
+    const std::string row = TrajectoryRow(plant_, sample);
+    trajectory_->Write(row);
+    trajectory_hash_ = scene::Hash(row, trajectory_hash_);
     if (plant_.shell) volume_.Add(sample.volume_m3);
     if (sample.time_s >= next_checkpoint_s_ - kSameTime_s) {
       SaveCheckpoint();
@@ -189,36 +201,33 @@ class RunJob {
     if (result.ok && !complete && can_checkpoint()) SaveCheckpoint();
     const Json summary = RunSummary({&scene_, &plant_, &result, volume_, options_.scene.overrides,
                                      wall_s, result.sim_time_s - start_s, complete, reason});
-    OutputFile file(folder_, "summary.json", summary.dump(2) + "\n");
+    trajectory_->Close();
+    WriteWhole(folder_->partial(), "summary.json", Dump(summary));
     if (complete) {
-      trajectory_->Publish();
-      file.Publish();
+      folder_->Publish();
     } else {
-      trajectory_->Flush();
-      file.Flush();
+      Complain("{}: {} at t = {:.6g} s; partial results in {}", scene_.name, reason,
+               result.sim_time_s, folder_->partial().string());
     }
     if (options_.scene.json) {
-      fmt::print("{}\n", summary.dump(2));
+      PrintText(Dump(summary));
     } else if (complete) {
-      PrintSummary(summary, folder_);
+      PrintSummary(summary, folder_->folder());
     }
-    std::fflush(stdout);
     if (complete) return 0;
-    fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene_.name,
-               reason, result.sim_time_s, folder_.string());
     const bool as_asked = result.ok && !Interrupted();
     return as_asked ? 0 : kExitCannotContinue;
   }
 };
 
 int Execute(const RunOptions& options) {
-  const bool reduced = options.model == "reduced";
-  const bool closed = !reduced && !options.open_loop && options.scene.Load().control.has_value();
+  const bool reduced = options.choice.reduced();
+  const bool closed = options.choice.closed(options.scene.Load());
   if (const char* given = options.control.FirstGiven(); given != nullptr && !closed) {
     throw BadInput(fmt::format("{}: is for a closed loop, must be with {}", given,
-                               reduced             ? "--model full"
-                               : options.open_loop ? "--open-loop left out"
-                                                   : "a scene that has a table [control]"));
+                               reduced                    ? "--model full"
+                               : options.choice.open_loop ? "--open-loop left out"
+                                                          : "a scene that has a table [control]"));
   }
   if ((closed || reduced) && options.has_checkpoints()) {
     throw BadInput(reduced ? "--model reduced: has no checkpoints"
@@ -260,7 +269,7 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
   AddOutOption(command, &options.scene);
   command
       ->add_option("--checkpoint-every", options.checkpoint_every_s,
-                   "Write DIR/checkpoint every so many simulated seconds, at a sample")
+                   "Write DIR.partial/checkpoint every so many simulated seconds, at a sample")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
   command->add_option("--resume", options.resume, "Go on from a checkpoint, with the same bits")
@@ -270,12 +279,7 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
                    "Stop at the first sample at or after this simulated time, with a checkpoint")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--model", options.model,
-                   "full: the plant; reduced: the reduced model of the scene's table [reduced]")
-      ->check(CLI::IsMember({"full", "reduced"}));
-  command->add_flag("--open-loop", options.open_loop,
-                    "The plant alone, under the schedules of the scene, in spite of its [control]");
+  AddRunChoice(command, &options.choice);
   AddControlOptions(command, &options.control);
   command->callback([&exit_status] { exit_status = Execute(options); });
 }

@@ -3,9 +3,11 @@
 #include <chrono>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/static_output.h"
 
 namespace mantle::tools {
@@ -18,47 +20,42 @@ constexpr const char* kHelp =
     "  mantle static scenes/arm_static.toml --out results/arm\n"
     "  mantle static scenes/mantle_static.toml        # arc length over the fold\n"
     "  mantle static scenes/elastica.toml --set 'arms.rod.points.tip.schedule=2'\n\n"
-    "Exit status 0: found. 2: bad input, nothing written. 3: no equilibrium; what was reached is "
-    "kept\n"
-    "as *.partial.";
+    "Exit status 0: found. 2: bad input, nothing changed. 3: no equilibrium; what was reached is "
+    "in\n"
+    "the folder DIR.partial, and DIR is as it was.";
 
 void PrintSummary(const Json& j, const std::filesystem::path& folder) {
-  fmt::print("{}: equilibrium at load factor {:.6g}, {} points, {} iterations, residual {:.2e} N\n",
-             j["scene"].get<std::string>(), j["load_factor"].get<double>(), j["points"].get<int>(),
-             j["iterations"].get<int>(), j["residual_n"].get<double>());
+  Print("{}: equilibrium at load factor {:.6g}, {} points, {} iterations, residual {:.2e} N\n",
+        j["scene"].get<std::string>(), j["load_factor"].get<double>(), j["points"].get<int>(),
+        j["iterations"].get<int>(), j["residual_n"].get<double>());
   for (const auto& [name, tip] : j["tips"].items()) {
     const auto t = tip["position_m"].get<std::vector<double>>();
-    fmt::print("  tip of {} at ({:.7g}, {:.7g}, {:.7g}) m\n", name, t[0], t[1], t[2]);
+    Print("  tip of {} at ({:.7g}, {:.7g}, {:.7g}) m\n", name, t[0], t[1], t[2]);
   }
   for (const auto& [name, cable] : j["cables"].items()) {
-    fmt::print("  cable {}: {:.6g} m, {:.6g} N\n", name, cable["length_m"].get<double>(),
-               cable["tension_n"].get<double>());
+    Print("  cable {}: {:.6g} m, {:.6g} N\n", name, cable["length_m"].get<double>(),
+          cable["tension_n"].get<double>());
   }
   if (!j["volume_m3"].is_null()) {
     const double before = j["volume_m3"]["initial"].get<double>();
     const double after = j["volume_m3"]["final"].get<double>();
-    fmt::print("  volume {:.3f} mL, at rest {:.3f} mL\n", 1e6 * after, 1e6 * before);
+    Print("  volume {:.3f} mL, at rest {:.3f} mL\n", 1e6 * after, 1e6 * before);
   }
   if (!j["limit_load_factor"].is_null()) {
-    fmt::print("  limit point at load factor {:.6g}\n", j["limit_load_factor"].get<double>());
+    Print("  limit point at load factor {:.6g}\n", j["limit_load_factor"].get<double>());
     for (const auto& [name, load] : j["loads"].items()) {
-      fmt::print("    {} = {:.6g} {}\n", name, load["at_limit"].get<double>(),
-                 load["unit"].get<std::string>());
+      Print("    {} = {:.6g} {}\n", name, load["at_limit"].get<double>(),
+            load["unit"].get<std::string>());
     }
   }
-  fmt::print("  results in {}\n", folder.string());
+  Print("  results in {}\n", folder.string());
 }
 
 int SolveScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
-  if (!std::holds_alternative<model::ClampedRoot>(scene.robot.root)) {
-    throw scene::BadScene(options.scene_file +
-                          ": robot.root: must be \"clamped\" for `mantle static`");
-  }
-  const std::filesystem::path folder = options.OutputFolder(scene);
-  PrepareFolder(folder);
-  RemoveOldResults(folder, {"summary.json", "path.csv", "shape.csv"});
+  DemandClampedRoot(options, scene);
+  ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   Progress progress(0.0, scene.statics.max_load_factor, "of the load", false);
   const auto begin = std::chrono::steady_clock::now();
   const model::StaticsResult result = InScene(options, [&] {
@@ -70,26 +67,21 @@ int SolveScene(const SceneOptions& options) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   progress.Finish();
   const Json summary = StaticSummary(scene, plant, result, wall_s, options.overrides);
-  OutputFile path(folder, "path.csv", StaticPathCsv(plant, result));
-  OutputFile shape(folder, "shape.csv", ShapeCsv(plant, result.state));
-  OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
-  for (OutputFile* out : {&path, &shape, &file}) {
-    if (result.ok) {
-      out->Publish();
-    } else {
-      out->Flush();
-    }
+  WriteWhole(folder.partial(), "path.csv", StaticPathCsv(plant, result));
+  WriteWhole(folder.partial(), "shape.csv", ShapeCsv(plant, result.state));
+  WriteWhole(folder.partial(), "summary.json", Dump(summary));
+  if (result.ok) {
+    folder.Publish();
+  } else {
+    Complain("{}: {} at load factor {:.6g}; partial results in {}", scene.name, result.reason,
+             result.load_factor, folder.partial().string());
   }
   if (options.json) {
-    fmt::print("{}\n", summary.dump(2));
+    PrintText(Dump(summary));
   } else if (result.ok) {
-    PrintSummary(summary, folder);
+    PrintSummary(summary, folder.folder());
   }
-  std::fflush(stdout);
-  if (result.ok) return 0;
-  fmt::print(stderr, "mantle: {}: {} at load factor {:.6g}; partial results in {}\n", scene.name,
-             result.reason, result.load_factor, folder.string());
-  return kExitCannotContinue;
+  return result.ok ? 0 : kExitCannotContinue;
 }
 
 }  // namespace

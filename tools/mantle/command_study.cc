@@ -4,16 +4,18 @@
 #include <cstdio>
 #include <limits>
 
-#include "loop/closed_loop.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/standard_output.h"
 
 namespace mantle::tools {
 namespace {
 
+constexpr const char* kStudyResults[] = {"study.json"};
 constexpr const char* kHelp =
     "Studies: many runs side by side, as a table and as JSON.\n\n"
     "  mantle study control scenes/steer.toml scenes/steer_mismatch.toml --out results/study\n"
@@ -43,12 +45,11 @@ Json RunOne(const std::string& file, const std::string& controller, const StudyO
   scene_options.overrides = options.overrides;
   scene::Scene scene = scene_options.Load();
   loop::ClosedLoopOptions run;
-  run.controller = ControllerOf(controller == "converged" ? "mpc" : controller);
+  run.controller = controller == "converged" ? "mpc" : controller;
   if (controller == "converged" && scene.control) {
     scene.control->mode = controller::MpcMode::kConverged;
   }
-  auto loop =
-      InScene(scene_options, [&] { return std::make_unique<loop::ClosedLoop>(scene, run); });
+  auto loop = BuildLoop(scene_options, scene, run);
   Progress progress(0.0, scene.run.duration_s, "s of " + controller + " on " + scene.name, true);
   const loop::LoopResult result = loop->Run([&](const loop::LoopStep& step) {
     progress.Update(step.time_s);
@@ -63,6 +64,17 @@ Json RunOne(const std::string& file, const std::string& controller, const StudyO
   j["sim_time_s"] = result.time_s;
   j["wall_time_s"] = result.wall_s;
   return j;
+}
+
+// Refuses a scene before anything is run or written.
+void CheckScene(const std::string& file, const StudyOptions& options) {
+  SceneOptions scene_options;
+  scene_options.scene_file = file;
+  scene_options.overrides = options.overrides;
+  const scene::Scene scene = scene_options.Load();
+  loop::ClosedLoopOptions run;
+  run.controller = controller::ControllerKind::kGait;
+  InScene(scene_options, [&] { return std::make_unique<loop::ClosedLoop>(scene, run); });
 }
 
 // Lowest cost of a baseline that ran to its end; infinite where none did.
@@ -83,9 +95,9 @@ std::string Milliseconds(const Json& run, const char* quantile) {
 }
 
 void PrintTable(const Json& runs) {
-  fmt::print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}\n",
-             "scene", "controller", "cost", "mean err", "max err", "final", "effort", "index",
-             "med ms", "p99 ms", "fallbacks", "limits", "ratio");
+  Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}\n", "scene",
+        "controller", "cost", "mean err", "max err", "final", "effort", "index", "med ms", "p99 ms",
+        "fallbacks", "limits", "ratio");
   for (const Json& run : runs) {
     const auto text = [](const Json& value, int digits) {
       return value.is_number() ? fmt::format("{:.{}f}", value.get<double>(), digits) : "-";
@@ -93,20 +105,19 @@ void PrintTable(const Json& runs) {
     const auto number = [&](const char* key, int digits) { return text(run[key], digits); };
     const auto error = [&](const char* key) { return text(run["error"][key], 4); };
     const bool solver = run.contains("solver") && !run["solver"].is_null();
-    fmt::print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}{}\n",
-               run["scene"].get<std::string>(), run["controller"].get<std::string>(),
-               number("cost", 4), error("mean"), error("max"), error("final"),
-               number("effort_n2_s", 3), number("energetic_index", 3), Milliseconds(run, "median"),
-               Milliseconds(run, "p99"), solver ? run["solver"]["fallbacks"].dump() : "-",
-               run["limit_touches"].dump(), number("cost_over_best_baseline", 2),
-               run["ok"].get<bool>() ? "" : "  stopped: " + run["reason"].get<std::string>());
+    Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}{}\n",
+          run["scene"].get<std::string>(), run["controller"].get<std::string>(), number("cost", 4),
+          error("mean"), error("max"), error("final"), number("effort_n2_s", 3),
+          number("energetic_index", 3), Milliseconds(run, "median"), Milliseconds(run, "p99"),
+          solver ? run["solver"]["fallbacks"].dump() : "-", run["limit_touches"].dump(),
+          number("cost_over_best_baseline", 2),
+          run["ok"].get<bool>() ? "" : "  stopped: " + run["reason"].get<std::string>());
   }
 }
 
 int StudyControl(const StudyOptions& options) {
-  const std::filesystem::path folder = options.out;
-  PrepareFolder(folder);
-  RemoveOldResults(folder, {"study.json"});
+  for (const std::string& scene : options.scenes) CheckScene(scene, options);
+  ResultFolder folder(options.out, kStudyResults);
   CatchInterrupts();
   Json runs = Json::array();
   for (const std::string& scene : options.scenes) {
@@ -123,14 +134,19 @@ int StudyControl(const StudyOptions& options) {
     ok = ok && run["ok"].get<bool>();
   }
   const Json study = {{"study", "control"}, {"set", options.overrides}, {"runs", runs}};
-  WriteWhole(folder, "study.json", study.dump(2) + "\n");
+  WriteWhole(folder.partial(), "study.json", Dump(study));
+  if (ok) {
+    folder.Publish();
+  } else {
+    Complain("study: {}; partial results in {}",
+             Interrupted() ? "interrupted" : "a run could not go on", folder.partial().string());
+  }
   if (options.json) {
-    fmt::print("{}\n", study.dump(2));
+    PrintText(Dump(study));
   } else {
     PrintTable(runs);
-    fmt::print("  results in {}\n", (folder / "study.json").string());
+    if (ok) Print("  results in {}\n", (folder.folder() / "study.json").string());
   }
-  std::fflush(stdout);
   return ok ? 0 : kExitCannotContinue;
 }
 

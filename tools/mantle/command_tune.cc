@@ -1,12 +1,13 @@
 #include <fmt/format.h>
 
-#include <cstdio>
 #include <iterator>
+#include <memory>
 
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
 #include "tools/studies/tuning.h"
 
@@ -30,6 +31,8 @@ constexpr const char* kHelp =
     "lqr      gait and a linear-quadratic regulator on the reduced model\n\n"
     "Exit status 0: tuned. 2: bad input, nothing written. 3: interrupted, or no parameters were\n"
     "found with which the run goes to its end; nothing written.";
+
+constexpr const char* kTuneResults[] = {"baselines.toml"};
 
 struct TuneOptions {
   SceneOptions scene;
@@ -68,7 +71,12 @@ int TuneScene(const TuneOptions& options) {
   const scene::Scene scene = options.scene.Load();
   const std::filesystem::path folder = options.scene.OutputFolder(scene);
   const auto kinds = Chosen(options);
-  PrepareFolder(folder);
+  InScene(options.scene, [&] {  // refused before anything is run or written
+    loop::ClosedLoopOptions run;
+    run.controller = kinds.front();
+    return std::make_unique<loop::ClosedLoop>(scene, run);
+  });
+  ResultFolder results(folder, kTuneResults);
   CatchInterrupts();
   Progress progress(0.0,
                     static_cast<double>(options.evaluations) * static_cast<double>(kinds.size()),
@@ -87,23 +95,24 @@ int TuneScene(const TuneOptions& options) {
     progress.Finish();
     const std::string_view name = kBaselineNames[static_cast<std::size_t>(kinds[i]) - 1];
     if (Interrupted() || !tuning.ok) {
-      fmt::print(stderr, "mantle: {}: {}: {}; nothing is written\n", scene.name, name,
-                 Interrupted() ? "interrupted" : "no run went to its end");
+      Complain("{}: {}: {}; nothing is written", scene.name, name,
+               Interrupted() ? "interrupted" : "no run went to its end");
       return kExitCannotContinue;
     }
     const std::string table = "\n" + TuningToml(tuning, scene);
     if (!options.scene.json) {
-      fmt::print("{}", table);
-      std::fflush(stdout);
+      PrintText(table);
+      FlushOutput();
     }
     text += table;
     json["controllers"][std::string(name)] = TuningJson(tuning, scene);
   }
-  WriteWhole(folder, "baselines.toml", text);
+  WriteWhole(results.partial(), "baselines.toml", text);
+  results.Publish();
   if (options.scene.json) {
-    fmt::print("{}\n", json.dump(2));
+    PrintText(Dump(json));
   } else {
-    fmt::print("\nwritten to {}\n", (folder / "baselines.toml").string());
+    Print("\nwritten to {}\n", (folder / "baselines.toml").string());
   }
   return 0;
 }

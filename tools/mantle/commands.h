@@ -1,19 +1,14 @@
 #pragma once
 
 /// The subcommands of the program `mantle`. Each Add...Command registers one subcommand with its
-/// options and a callback; the callback stores the exit status.
-///
-/// Exit status: 0 success; 2 bad input (scene, option, output folder), said in one line;
-/// 3 a run that could not continue (what it reached is kept as *.partial); 1 anything else.
+/// options and a callback; the callback stores the exit status (exit_status.h).
 
 #include <CLI/CLI.hpp>
 
 #include "tools/mantle/bad_input.h"
+#include "tools/mantle/exit_status.h"
 
 namespace mantle::tools {
-
-inline constexpr int kExitBadInput = 2;
-inline constexpr int kExitCannotContinue = 3;
 
 /// `mantle run`: a scene in time.
 void AddRunCommand(CLI::App& app, int& exit_status);

@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "loop/closed_loop.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/control_table.h"
 #include "tools/mantle/interrupt.h"
@@ -20,6 +20,7 @@
 #include "tools/mantle/process.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/reduced_run.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
 
 namespace mantle::tools {
@@ -34,26 +35,24 @@ class ControlJob {
       : scene_options_(scene_options),
         options_(options),
         scene_(scene_options.Load()),
-        folder_(scene_options.OutputFolder(scene_)),
-        kind_(options.controller.empty() ? scene_.control->controller
-                                         : ControllerOf(options.controller)),
+        out_(scene_options.OutputFolder(scene_)),
+        controller_(options.controller.empty() ? scene_.control->controller : options.controller),
         bus_(options.bus.empty() ? scene_.drives.bus : options.bus) {}
 
   int Execute() {
-    OpenLoop();
-    PrepareFolder(folder_);
-    RemoveOldResults(folder_, kRunResults);
-    lcm_ = OpenLcm({.log_folder = folder_, .url = options_.lcm_url});
-    trajectory_.emplace(folder_, "trajectory.csv", Titles());
-    if (kind_ == controller::ControllerKind::kMpc) {
-      solver_.emplace(folder_, "solver.csv",
+    Check();
+    const std::filesystem::path partial = folder_->partial();
+    lcm_->StartLog(partial);
+    trajectory_.emplace(partial, "trajectory.csv", Titles());
+    if (loop_->control_side().mpc() != nullptr) {
+      solver_.emplace(partial, "solver.csv",
                       "time_s,prepare_ms,solve_ms,iterations,cost,outcome\n");
     }
     bool locked = false;
     if (options_.real_time) {
       const std::string refused = LockMemory();
       locked = refused.empty();
-      if (!locked) fmt::print(stderr, "mantle: {}\n", refused);
+      if (!locked) ComplainText(refused);
     }
     CatchInterrupts();
     progress_.emplace(0.0, scene_.run.duration_s, "s", true);
@@ -64,11 +63,24 @@ class ControlJob {
   }
 
  private:
+  // All that may be refused, before anything is written.
+  void Check() {
+    try {
+      OpenLoop();
+      lcm_ = OpenLcm({.url = options_.lcm_url});
+      folder_.emplace(out_, kSceneResults);
+    } catch (...) {
+      if (record_) std::filesystem::remove(PartialRecord());
+      throw;
+    }
+  }
+
   const SceneOptions& scene_options_;
   const ControlRunOptions& options_;
   scene::Scene scene_;
-  std::filesystem::path folder_;
-  controller::ControllerKind kind_;
+  std::filesystem::path out_;
+  std::optional<ResultFolder> folder_;
+  std::string controller_;
   std::string bus_;
   std::optional<firmware_sim::CandumpWriter> record_;
   std::unique_ptr<loop::ClosedLoop> loop_;
@@ -82,19 +94,40 @@ class ControlJob {
   void OpenLoop() {
     loop::ClosedLoopOptions o;
     o.real_time = options_.real_time;
-    o.controller = kind_;
+    o.controller = controller_;
     o.bus = bus_;
     try {
       if (!options_.record.empty()) {
-        record_.emplace(options_.record, bus_.starts_with("can:") ? bus_.substr(4) : "vcan0");
+        record_.emplace(PartialRecord(), bus_.starts_with("can:") ? bus_.substr(4) : "vcan0");
         o.record = &*record_;
       }
-      loop_ =
-          InScene(scene_options_, [&] { return std::make_unique<loop::ClosedLoop>(scene_, o); });
     } catch (const std::invalid_argument& error) {
       throw BadInput(error.what());
     } catch (const std::system_error& error) {
       throw BadInput(error.what());
+    }
+    loop_ = BuildLoop(scene_options_, scene_, o);
+  }
+
+  // An old record stays until the new one is whole.
+  std::string PartialRecord() const { return options_.record + ".partial"; }
+
+  void CheckRecord() const {
+    if (record_ && !record_->good()) {
+      throw CannotGoOn(
+          fmt::format("--record: {}: cannot be written; is the disk full?", PartialRecord()));
+    }
+  }
+
+  void FinishRecord(bool complete) {
+    if (!record_) return;
+    record_->Flush();
+    CheckRecord();
+    std::error_code error;
+    if (complete) std::filesystem::rename(PartialRecord(), options_.record, error);
+    if (error) {
+      throw CannotGoOn(fmt::format("--record: {}: cannot be put in place: {}; it is in {}",
+                                   options_.record, error.message(), PartialRecord()));
     }
   }
 
@@ -149,18 +182,19 @@ class ControlJob {
       OnSample(step);
     }
     if (step.planned && step.mpc != nullptr) OnPlan(step);
+    CheckRecord();
     return !Interrupted();
   }
 
   void OnSample(const loop::LoopStep& step) {
-    const model::Sample sample = loop_->vehicle().Observe();
+    const model::Sample sample = loop_->plant_side().Observe();
     trajectory_->Write(Row(sample, step));
     if (loop_->plant().shell) volume_.Add(sample.volume_m3);
     lcm_->Write(StateMessage(loop_->plant(), sample));
     lcm_->Write(ReducedStateMessage(step.truth));
     lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
-    lcm_->Write(EnergyMessage(sample, step.vehicle.simulation().energy()));
-    lcm_->Write(StatusMessage(ControllerName(kind_), step, iterations_));
+    lcm_->Write(EnergyMessage(sample, step.plant.simulation().energy()));
+    lcm_->Write(StatusMessage(controller_, step, iterations_));
   }
 
   void OnPlan(const loop::LoopStep& step) {
@@ -179,38 +213,33 @@ class ControlJob {
         RunSummary({&scene_, &loop_->plant(), &result.plant, volume_, scene_options_.overrides,
                     result.wall_s, result.time_s, complete, reason});
     summary["reduced"] = ReductionSummary(scene_, loop_->reduced());
-    summary["control"] =
-        ControlSummary({&scene_, loop_.get(), &result, kind_, bus_, options_.real_time, locked});
-    OutputFile file(folder_, "summary.json", summary.dump(2) + "\n");
-    trajectory_->Flush();
-    file.Flush();
-    if (record_ && !record_->Flush()) {
-      throw std::runtime_error(options_.record + ": cannot be written; is the disk full?");
-    }
+    summary["control"] = ControlSummary(
+        {&scene_, loop_.get(), &result, controller_, bus_, options_.real_time, locked});
+    trajectory_->Close();
+    if (solver_) solver_->Close();
+    lcm_->FinishLog();
+    WriteWhole(folder_->partial(), "summary.json", Dump(summary));
+    FinishRecord(complete);
     if (complete) {
-      lcm_->FinishLog();
-      trajectory_->Publish();
-      if (solver_) solver_->Publish();
-      file.Publish();
+      folder_->Publish();
+    } else {
+      Complain("{}: {} at t = {:.6g} s; partial results in {}", scene_.name, reason, result.time_s,
+               folder_->partial().string());
     }
     Report(summary, complete);
-    if (lcm_->counters().publish_failures > 0) {
-      fmt::print(stderr, "mantle: --lcm: {}: {} messages were not taken by the network\n",
-                 options_.lcm_url, lcm_->counters().publish_failures);
+    if (complete && lcm_->counters().publish_failures > 0) {
+      Complain("--lcm: {}: {} messages were not taken by the network", options_.lcm_url,
+               lcm_->counters().publish_failures);
     }
-    if (complete) return 0;
-    fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene_.name,
-               reason, result.time_s, folder_.string());
-    return kExitCannotContinue;
+    return complete ? 0 : kExitCannotContinue;
   }
 
   void Report(const Json& summary, bool complete) const {
     if (scene_options_.json) {
-      fmt::print("{}\n", summary.dump(2));
+      PrintText(Dump(summary));
     } else if (complete) {
-      fmt::print("{}  results in {}\n", ControlTable(summary), folder_.string());
+      Print("{}  results in {}\n", ControlTable(summary), folder_->folder().string());
     }
-    std::fflush(stdout);
   }
 };
 

@@ -1,9 +1,14 @@
 #include "tools/mantle/lcm_bridge.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <lcm/lcm.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cassert>
+#include <cstdio>
 #include <exception>
 #include <initializer_list>
 #include <mantle/drives_t.hpp>
@@ -12,14 +17,16 @@
 #include <mantle/reduced_state_t.hpp>
 #include <mantle/state_t.hpp>
 #include <mantle/status_t.hpp>
+#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "tools/mantle/bad_input.h"
-#include "tools/mantle/output_folder.h"
+#include "tools/mantle/output_file.h"
 #include "tools/mantle/telemetry_fields.h"
+#include "tools/mantle/telemetry_lengths.h"
 
 namespace mantle::tools {
 namespace {
@@ -94,14 +101,21 @@ void SetLengths(const EnergyTelemetry& m, energy_t* wire) {
 void SetLengths(const StatusTelemetry&, status_t*) {}
 
 template <typename Plain, typename Wire>
-bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to) {
+bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to, const char** why) {
+  const auto refuse = [&](const char* reason) {
+    if (why != nullptr) *why = reason;
+    return false;
+  };
+  if (bytes.size() > kMaxMessage_bytes) return refuse("longer than any message of ours");
   const int size = static_cast<int>(bytes.size());
-  Wire wire;
-  try {
-    if (wire.decode(bytes.data(), 0, size) != size) return false;
-  } catch (const std::exception&) {
-    return false;  // a count that is no count: the generated code believes it
+  std::int64_t hash = 0;
+  if (__int64_t_decode_array(bytes.data(), 0, size, &hash, 1) < 0 || hash != Wire::getHash()) {
+    return refuse("not of its channel's type");
   }
+  // The generated code believes every count and length.
+  if (!LengthsFit<Plain>(bytes.subspan(sizeof hash))) return refuse("a length beyond the message");
+  Wire wire;
+  if (wire.decode(bytes.data(), 0, size) != size) return refuse("not of its channel's type");
   Plain plain;
   VisitFields([](const char*, auto& field, const auto& other) { Copy(other, field); }, plain, wire);
   to.Write(plain);
@@ -110,7 +124,7 @@ bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to) {
 
 struct ChannelDecoder {
   const char* channel;
-  bool (*decode)(std::span<const std::uint8_t>, TelemetrySink&);
+  bool (*decode)(std::span<const std::uint8_t>, TelemetrySink&, const char**);
 };
 
 constexpr ChannelDecoder kDecoders[] = {
@@ -124,18 +138,29 @@ constexpr ChannelDecoder kDecoders[] = {
 
 struct Closer {
   void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
-  void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
-  void operator()(lcm_eventlog_event_t* event) const { lcm_eventlog_free_event(event); }
+  void operator()(std::FILE* file) const { std::fclose(file); }
 };
 using LcmPointer = std::unique_ptr<lcm_t, Closer>;
-using LogPointer = std::unique_ptr<lcm_eventlog_t, Closer>;
-using EventPointer = std::unique_ptr<lcm_eventlog_event_t, Closer>;
+
+// An event's header in a log.
+constexpr std::uint32_t kSyncWord = 0xEDA1DA01;
+constexpr std::size_t kHeader_bytes = 28;
+
+void PutBigEndian(std::uint64_t value, int bytes, std::uint8_t* to) {
+  for (int i = 0; i < bytes; ++i) to[i] = static_cast<std::uint8_t>(value >> 8 * (bytes - 1 - i));
+}
+
+std::uint64_t GetBigEndian(const std::uint8_t* from, int bytes) {
+  std::uint64_t value = 0;
+  for (int i = 0; i < bytes; ++i) value = value << 8 | from[i];
+  return value;
+}
 
 class Link final : public LcmLink {
  public:
-  explicit Link(const LcmOptions& options) {
+  explicit Link(const LcmOptions& options) : log_name_(options.log_name) {
     if (!options.url.empty()) OpenUrl(options);
-    if (options.log_folder) OpenLog(*options.log_folder, options.log_name);
+    if (options.log_folder) StartLog(*options.log_folder);
   }
 
   void Write(const StateTelemetry& m) override { Send(m, &state_); }
@@ -156,14 +181,12 @@ class Link final : public LcmLink {
     return static_cast<int>(counters_.received - before);
   }
 
+  void StartLog(const std::filesystem::path& folder) override { log_.emplace(folder, log_name_); }
+
   void FinishLog() override {
     assert(log_);
-    const bool whole = !log_failed_ && std::fflush(log_->f) == 0;
+    log_->Close();
     log_.reset();
-    if (!whole) {
-      throw std::runtime_error(partial_.string() + ": cannot be written; is the disk full?");
-    }
-    std::filesystem::rename(partial_, log_path_);
   }
 
   const LcmCounters& counters() const override { return counters_; }
@@ -187,13 +210,6 @@ class Link final : public LcmLink {
           options.url, kLcmUrlHelp));
     }
     receiving_ = options.receive;
-  }
-
-  void OpenLog(const std::filesystem::path& folder, const std::string& name) {
-    log_path_ = folder / name;
-    partial_ = PartialPath(log_path_);
-    log_.reset(lcm_eventlog_create(partial_.c_str(), "w"));
-    if (!log_) throw CannotWrite(partial_);
   }
 
   // Runs inside liblcm, which no exception may cross.
@@ -233,28 +249,31 @@ class Link final : public LcmLink {
   }
 
   void Append(std::string_view channel, std::int64_t utime) {
-    lcm_eventlog_event_t event{};
-    event.timestamp = utime;
-    event.channellen = static_cast<std::int32_t>(channel.size());
-    event.datalen = static_cast<std::int32_t>(bytes_.size());
-    event.channel = const_cast<char*>(channel.data());  // only read, in spite of its type
-    event.data = bytes_.data();
-    if (lcm_eventlog_write_event(log_.get(), &event) != 0) log_failed_ = true;
+    record_.resize(kHeader_bytes + channel.size() + bytes_.size());
+    PutBigEndian(kSyncWord, 4, record_.data());
+    PutBigEndian(events_++, 8, record_.data() + 4);
+    PutBigEndian(static_cast<std::uint64_t>(utime), 8, record_.data() + 12);
+    PutBigEndian(channel.size(), 4, record_.data() + 20);
+    PutBigEndian(bytes_.size(), 4, record_.data() + 24);
+    const auto behind = std::copy(channel.begin(), channel.end(), record_.begin() + kHeader_bytes);
+    std::copy(bytes_.begin(), bytes_.end(), behind);
+    log_->Write({reinterpret_cast<const char*>(record_.data()), record_.size()});
   }
 
-  std::filesystem::path log_path_, partial_;
+  std::string log_name_;
   LcmCounters counters_;
-  bool log_failed_{false}, receiving_{false};
+  std::uint64_t events_{0};  ///< of the log
+  bool receiving_{false};
   TelemetrySink* receiver_{nullptr};
   std::exception_ptr thrown_;
-  std::vector<std::uint8_t> bytes_;
+  std::vector<std::uint8_t> bytes_, record_;
   state_t state_;
   reduced_state_t reduced_state_;
   plan_t plan_;
   drives_t drives_;
   energy_t energy_;
   status_t status_;
-  LogPointer log_;
+  std::optional<OutputFile> log_;
   LcmPointer lcm_;
 };
 
@@ -266,21 +285,36 @@ std::unique_ptr<LcmLink> OpenLcm(const LcmOptions& options) {
 
 LogEnd ReadEventLog(const std::filesystem::path& file,
                     const std::function<void(const LogEvent&)>& on_event) {
-  const bool readable = std::filesystem::is_regular_file(file);
-  const LogPointer log(readable ? lcm_eventlog_create(file.c_str(), "r") : nullptr);
-  if (!log) throw BadInput(file.string() + ": cannot be read: must be an LCM event log");
-  const auto size = static_cast<std::int64_t>(std::filesystem::file_size(file));
-  constexpr std::int64_t kHeader_bytes = 28;
+  // Never waits for the other end of a pipe.
+  const int fd = open(file.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  struct stat status {};
+  const bool regular = fd >= 0 && fstat(fd, &status) == 0 && S_ISREG(status.st_mode);
+  const std::unique_ptr<std::FILE, Closer> in(regular ? fdopen(fd, "rb") : nullptr);
+  if (!in) {
+    if (fd >= 0) close(fd);
+    throw BadInput(file.string() + ": cannot be read: must be an LCM event log");
+  }
+  const std::int64_t size = status.st_size;
   LogEnd end;
   std::int64_t at = 0;
-  while (const EventPointer event{lcm_eventlog_read_next_event(log.get())}) {
-    const std::int64_t next = at + kHeader_bytes + event->channellen + event->datalen;
-    if (std::ftell(log->f) != next) break;  // liblcm skipped damaged bytes
-    on_event({event->timestamp,
-              {event->channel, static_cast<std::size_t>(event->channellen)},
-              {static_cast<const std::uint8_t*>(event->data),
-               static_cast<std::size_t>(event->datalen)}});
-    at = next;
+  std::vector<std::uint8_t> event;
+  std::uint8_t header[kHeader_bytes];
+  while (size - at >= std::ssize(header) &&
+         std::fread(header, 1, sizeof header, in.get()) == sizeof header) {
+    const auto name_bytes = static_cast<std::int64_t>(GetBigEndian(header + 20, 4));
+    const auto data_bytes = static_cast<std::int64_t>(GetBigEndian(header + 24, 4));
+    const std::int64_t bytes = name_bytes + data_bytes;
+    if (GetBigEndian(header, 4) != kSyncWord || bytes > size - at - std::ssize(header) ||
+        bytes > kMaxEvent_bytes) {
+      break;
+    }
+    event.resize(static_cast<std::size_t>(bytes));
+    if (std::fread(event.data(), 1, event.size(), in.get()) != event.size()) break;
+    const auto name_size = static_cast<std::size_t>(name_bytes);
+    on_event({static_cast<std::int64_t>(GetBigEndian(header + 12, 8)),
+              {reinterpret_cast<const char*>(event.data()), name_size},
+              std::span(event).subspan(name_size)});
+    at += std::ssize(header) + bytes;
     ++end.events;
   }
   if (at != size) end.damaged_at_byte = at;
@@ -288,10 +322,11 @@ LogEnd ReadEventLog(const std::filesystem::path& file,
 }
 
 bool DecodeTelemetry(std::string_view channel, std::span<const std::uint8_t> bytes,
-                     TelemetrySink& to) {
+                     TelemetrySink& to, const char** why) {
   for (const ChannelDecoder& d : kDecoders) {
-    if (channel == d.channel) return d.decode(bytes, to);
+    if (channel == d.channel) return d.decode(bytes, to, why);
   }
+  if (why != nullptr) *why = "not a channel of ours";
   return false;
 }
 

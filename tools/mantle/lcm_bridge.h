@@ -17,7 +17,9 @@
 ///
 /// An event of a log (all big-endian): sync word 0xEDA1DA01, event number (8 bytes), time in us
 /// (8), length of the channel's name (4), length of the message (4), name, message. The time is the
-/// message's own utime, never the wall clock's: the same run gives the same bytes.
+/// message's own utime, never the wall clock's: the same run gives the same bytes. Logs are read
+/// and written here and not by liblcm, which allocates what a header claims and hears of a full
+/// disk when the log is closed.
 
 namespace mantle::tools {
 
@@ -48,15 +50,18 @@ struct LcmCounters {
 /// Write encodes a message, appends it to the log and publishes it. It allocates nothing for the
 /// log once it has seen a message of that size (liblcm itself allocates for the network). Throws
 /// std::invalid_argument where lists that belong together differ in length or a text holds a zero
-/// byte, BadInput where a message exceeds kMaxMessage_bytes: both are decided by the scene.
+/// byte, BadInput where a message exceeds kMaxMessage_bytes: both are decided by the scene;
+/// CannotGoOn where the disk takes no more.
 class LcmLink : public TelemetrySink {
  public:
   /// Waits up to `timeout_ms` for a message, hands it and all that wait behind it to `to`; returns
   /// their number. Needs LcmOptions::receive. What `to` throws comes out of here.
   virtual int Receive(int timeout_ms, TelemetrySink& to) = 0;
 
-  /// The log is whole: NAME.partial becomes NAME. Without it the partial log stays. Throws
-  /// std::runtime_error where not all of it could be written.
+  /// Starts a log in this folder, which exists; replaces one that is there. Throws BadInput,
+  /// CannotGoOn.
+  virtual void StartLog(const std::filesystem::path& folder) = 0;
+  /// The disk has the log. Throws CannotGoOn where it has not.
   virtual void FinishLog() = 0;
 
   virtual const LcmCounters& counters() const = 0;
@@ -75,18 +80,23 @@ struct LogEvent {
 
 struct LogEnd {
   std::int64_t events{0};
-  /// Of a log that is cut short or damaged: where the last event handed out ends. liblcm withholds
-  /// the event right before bytes that are none.
+  /// Of a log that is cut short or damaged: where the last event handed out ends.
   std::optional<std::int64_t> damaged_at_byte;
 };
 
-/// Hands out the events of a log in order until its end or the first damage. Throws BadInput where
-/// the file cannot be read.
+/// No event of a log is longer; what claims to be is damage.
+inline constexpr std::int64_t kMaxEvent_bytes = 64 << 20;
+
+/// Hands out the events of a log in order until its end or the first damage: a header without its
+/// sync word, or lengths beyond the end of the file or kMaxEvent_bytes. Allocates what an event
+/// holds, never what it claims. Throws BadInput where the file is no regular one or cannot be read.
 LogEnd ReadEventLog(const std::filesystem::path& file,
                     const std::function<void(const LogEvent&)>& on_event);
 
-/// Decodes a message of ours into `to`. False: not a channel of ours, or not of its type.
+/// Decodes a message of ours into `to`. False: not a channel of ours, or not of its type, or with a
+/// count or a length that does not fit into the message; `why`, where not null, then says which.
+/// Allocates nothing before every length has been checked.
 bool DecodeTelemetry(std::string_view channel, std::span<const std::uint8_t> bytes,
-                     TelemetrySink& to);
+                     TelemetrySink& to, const char** why = nullptr);
 
 }  // namespace mantle::tools

@@ -23,8 +23,8 @@ LogEnd ReadEventLog(const std::filesystem::path& file,
 }
 
 bool DecodeTelemetry(std::string_view channel, std::span<const std::uint8_t> bytes,
-                     TelemetrySink& to) {
-  return Functions().decode(channel, bytes, to);
+                     TelemetrySink& to, const char** why) {
+  return Functions().decode(channel, bytes, to, why);
 }
 
 }  // namespace mantle::tools

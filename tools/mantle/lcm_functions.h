@@ -9,7 +9,7 @@ namespace mantle::tools {
 struct LcmFunctions {
   std::unique_ptr<LcmLink> (*open)(const LcmOptions&);
   LogEnd (*read_log)(const std::filesystem::path&, const std::function<void(const LogEvent&)>&);
-  bool (*decode)(std::string_view, std::span<const std::uint8_t>, TelemetrySink&);
+  bool (*decode)(std::string_view, std::span<const std::uint8_t>, TelemetrySink&, const char**);
 };
 
 }  // namespace mantle::tools

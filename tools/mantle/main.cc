@@ -1,16 +1,16 @@
-#include <exception>
-#include <iostream>
+#include <sstream>
+#include <string>
 
-#include "loop/scene/toml_document.h"
 #include "mantle/version.h"
-#include "model/rod.h"
 #include "tools/mantle/commands.h"
 #include "tools/mantle/help.h"
 #include "tools/mantle/module.h"
 #include "tools/mantle/process.h"
+#include "tools/mantle/standard_output.h"
 
 int main(int argc, char** argv) {
   using namespace mantle::tools;
+  PrepareStandardStreams();
   UseOneBlasThread();
   mantle::controller::SetSolverFactory(MakeModuleSolver);
   CLI::App app{
@@ -41,22 +41,17 @@ int main(int argc, char** argv) {
          "Write manual pages and shell completion below this folder")
       ->group("")  // for the build
       ->trigger_on_parse();
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::Success& help) {
-    return app.exit(help);
-  } catch (const CLI::ParseError& error) {
-    std::cerr << "mantle: " << error.what() << " (mantle --help lists the commands)\n";
-    return kExitBadInput;
-  } catch (const BadInput& error) {
-    std::cerr << "mantle: " << error.what() << "\n";
-    return kExitBadInput;
-  } catch (const mantle::scene::BadScene& error) {
-    std::cerr << "mantle: " << error.what() << "\n";
-    return kExitBadInput;
-  } catch (const std::exception& error) {
-    std::cerr << "mantle: " << error.what() << "\n";
-    return 1;
-  }
-  return exit_status;
+  return StatusOf([&] {
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::Success& help) {
+      std::ostringstream text, nothing;
+      app.exit(help, text, nothing);
+      PrintText(text.str());
+      return 0;
+    } catch (const CLI::ParseError& error) {
+      throw BadInput(std::string(error.what()) + " (mantle --help lists the commands)");
+    }
+    return exit_status;
+  });
 }

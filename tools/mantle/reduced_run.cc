@@ -7,10 +7,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
+#include "reduced/build/reduced_plant.h"
 
 namespace mantle::tools {
 namespace {
@@ -38,21 +41,21 @@ double HeadingDifference(const model::Pose& a, const model::Pose& b) {
 
 }  // namespace
 
-std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
+std::unique_ptr<reduced::ReducedPlant> BuildReduced(const SceneOptions& options,
                                                     const scene::Scene& scene) {
   return InScene(options, [&] {
-    return std::make_unique<reduced::ReducedModel>(scene.robot, scene.reduction);
+    return std::make_unique<reduced::ReducedPlant>(scene.robot, scene.reduction);
   });
 }
 
 reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const scene::Scene& scene,
-                                           const reduced::ReducedModel& model) {
+                                           const reduced::ReducedPlant& model) {
   return InScene(options, [&] {
     return reduced::ReducedSimulation(model, reduced::RunSettingsOf(scene.run, scene.reduction));
   });
 }
 
-Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& model) {
+Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& model) {
   Json j;
   j["coordinates"] = model.coordinate_count();
   j["states"] = 2 * model.velocity_count();
@@ -77,17 +80,11 @@ Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& mo
 
 int RunReducedScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
-  if (!scene.has_time) {
-    throw scene::BadScene(options.scene_file +
-                          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 "
-                          "s");
-  }
+  DemandTime(options, scene, "mantle run");
   const auto model = BuildReduced(options, scene);
   reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
-  const std::filesystem::path folder = options.OutputFolder(scene);
-  PrepareFolder(folder);
-  RemoveOldResults(folder, kRunResults);
-  OutputFile trajectory(folder, "trajectory.csv", TrajectoryTitles(model->plant));
+  ResultFolder folder(options.OutputFolder(scene), kSceneResults);
+  OutputFile trajectory(folder.partial(), "trajectory.csv", TrajectoryTitles(model->plant));
   VolumeRange volume;
   CatchInterrupts();
   Progress progress(0.0, scene.run.duration_s, "s", true);
@@ -111,29 +108,25 @@ int RunReducedScene(const SceneOptions& options) {
                           "energetic_index", "factorisations", "evaluations"}) {
     if (summary.contains(key)) summary[key] = nullptr;
   }
-  OutputFile file(folder, "summary.json", summary.dump(2) + "\n");
+  trajectory.Close();
+  WriteWhole(folder.partial(), "summary.json", Dump(summary));
   if (complete) {
-    trajectory.Publish();
-    file.Publish();
+    folder.Publish();
   } else {
-    trajectory.Flush();
-    file.Flush();
+    Complain("{}: {} at t = {:.6g} s; partial results in {}", scene.name, reason, result.sim_time_s,
+             folder.partial().string());
   }
   if (options.json) {
-    fmt::print("{}\n", summary.dump(2));
+    PrintText(Dump(summary));
   } else if (complete) {
-    fmt::print(
+    Print(
         "{} (reduced, {} states): {:.6g} s simulated in {:.3g} s ({:.0f}x real time), {} "
         "steps, {} rejected; results in {}\n",
         scene.name, 2 * model->velocity_count(), result.sim_time_s, wall_s,
         result.sim_time_s / wall_s, result.counters.steps, result.counters.rejected,
-        folder.string());
+        folder.folder().string());
   }
-  std::fflush(stdout);
-  if (complete) return 0;
-  fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene.name, reason,
-             result.sim_time_s, folder.string());
-  return kExitCannotContinue;
+  return complete ? 0 : kExitCannotContinue;
 }
 
 Json ReducedErrors(const model::Plant& plant, const std::vector<Sample>& full,

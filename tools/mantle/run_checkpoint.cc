@@ -2,71 +2,103 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
 #include <sstream>
+
+#include "mantle/version.h"
+#include "tools/mantle/bad_input.h"
+#include "tools/mantle/output_folder.h"
 
 namespace mantle::tools {
 namespace {
 
-constexpr const char* kMagic = "mantle-run-1";
+constexpr std::string_view kMagic = "mantle-checkpoint";
+constexpr std::uintmax_t kMostBytes = 256 << 20;
+constexpr std::uintmax_t kMostTrajectoryBytes = std::uintmax_t{4} << 30;
 
-BadInput BadCheckpoint(const std::filesystem::path& file, const char* why) {
+BadInput BadCheckpoint(const std::filesystem::path& file, const std::string& why) {
   return BadInput(fmt::format("--resume: {}: {}", file.string(), why));
 }
 
-std::string ReadAll(const std::filesystem::path& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
+std::string FirstLine(std::string_view body) {
+  return fmt::format("{} {} {:016x} {}\n", kMagic, kVersion, scene::Hash(body), body.size());
+}
+
+std::string ReadWhole(const std::filesystem::path& file) {
+  try {
+    return scene::ReadRegularFile(file, kMostBytes);
+  } catch (const scene::UnreadableFile& error) {
+    std::string why = fmt::format("cannot be read: {}", error.what());
+    const std::filesystem::path stopped = PartialOf(file.parent_path(), file.filename().string());
+    std::error_code absent;
+    if (std::filesystem::exists(stopped, absent)) {
+      why += fmt::format("; a run that was stopped left {}", stopped.string());
+    }
+    throw BadCheckpoint(file, why);
+  }
 }
 
 }  // namespace
 
-std::uint64_t SceneFingerprint(const SceneOptions& options) {
-  std::string text = ReadAll(options.scene_file);
-  for (const std::string& o : options.overrides) text += '\n' + o;
-  std::uint64_t hash = 14695981039346656037ull;  // FNV-1a
-  for (const unsigned char c : text) hash = (hash ^ c) * 1099511628211ull;
-  return hash;
-}
-
 std::string CheckpointText(const RunCheckpoint& c) {
-  return fmt::format("{}\n{:016x} {} {:d} {} {} {}\n", kMagic, c.fingerprint, c.trajectory_bytes,
-                     c.volume.started, c.volume.initial_m3, c.volume.min_m3, c.volume.max_m3) +
-         c.simulation;
+  const std::string body = fmt::format("{:016x} {} {:016x} {:d} {} {} {}\n", c.fingerprint,
+                                       c.trajectory_bytes, c.trajectory_hash, c.volume.started,
+                                       c.volume.initial_m3, c.volume.min_m3, c.volume.max_m3) +
+                           c.simulation;
+  return FirstLine(body) + body;
 }
 
 RunCheckpoint ReadCheckpoint(const std::filesystem::path& file, std::uint64_t fingerprint) {
-  std::ifstream in(file, std::ios::binary);
-  if (!in) throw BadCheckpoint(file, "cannot be read");
+  const std::string text = ReadWhole(file);
+  if (!text.starts_with(kMagic)) throw BadCheckpoint(file, "is not a checkpoint, or damaged");
+  const std::size_t line_end = std::min(text.find('\n'), text.size() - 1) + 1;
+  const std::string line = text.substr(0, line_end), body = text.substr(line_end);
+  std::istringstream words(line);
+  std::string magic, version;
+  words >> magic >> version;
+  // The line is compared as text, so that it may not be written in another way either.
+  if (line != FirstLine(body)) {
+    throw BadCheckpoint(file, magic == kMagic && version != kVersion
+                                  ? fmt::format("is of version {} of the program, must be {}; or "
+                                                "it is damaged",
+                                                version, kVersion)
+                                  : "is not a checkpoint, or damaged");
+  }
   RunCheckpoint c;
-  std::string magic, initial, low, high;
-  in >> magic >> std::hex >> c.fingerprint >> std::dec >> c.trajectory_bytes >> c.volume.started >>
-      initial >> low >> high;
-  if (!in || magic != kMagic) throw BadCheckpoint(file, "is not a checkpoint, or damaged");
+  std::string initial, low, high;
+  std::istringstream in(body);
+  in >> std::hex >> c.fingerprint >> std::dec >> c.trajectory_bytes >> std::hex >>
+      c.trajectory_hash >> std::dec >> c.volume.started >> initial >> low >> high;
+  if (!in) throw BadCheckpoint(file, "is not a checkpoint, or damaged");
   if (c.fingerprint != fingerprint) {
-    throw BadCheckpoint(file, "is of another scene, or the scene or its --set have changed since");
+    throw BadCheckpoint(file,
+                        "is of another scene, or the scene, a file that it reads or its --set "
+                        "have changed since");
   }
   c.volume.initial_m3 = std::stod(initial);
   c.volume.min_m3 = std::stod(low);
   c.volume.max_m3 = std::stod(high);
-  in.ignore(1);
-  std::ostringstream rest;
-  rest << in.rdbuf();
-  c.simulation = rest.str();
+  c.simulation = body.substr(body.find('\n') + 1);
   return c;
 }
 
-std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file, long bytes) {
-  const std::filesystem::path folder = checkpoint_file.parent_path();
-  for (const char* name : {"trajectory.csv.partial", "trajectory.csv"}) {
-    std::string text = ReadAll(folder / name);
-    if (static_cast<long>(text.size()) < bytes) continue;
-    text.resize(static_cast<std::size_t>(bytes));
-    return text;
+std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file,
+                             const RunCheckpoint& checkpoint) {
+  const std::filesystem::path file = checkpoint_file.parent_path() / "trajectory.csv";
+  std::string text;
+  try {
+    text = scene::ReadRegularFile(file, kMostTrajectoryBytes,
+                                  static_cast<std::uintmax_t>(checkpoint.trajectory_bytes));
+  } catch (const scene::UnreadableFile& error) {
+    throw BadCheckpoint(checkpoint_file, fmt::format("the trajectory it continues, {}, cannot be "
+                                                     "read: {}",
+                                                     file.string(), error.what()));
   }
-  throw BadCheckpoint(checkpoint_file, "the trajectory it continues is not beside it");
+  if (scene::Hash(text) != checkpoint.trajectory_hash) {
+    throw BadCheckpoint(
+        checkpoint_file,
+        fmt::format("{} is not the trajectory it continues, or damaged", file.string()));
+  }
+  return text;
 }
 
 }  // namespace mantle::tools

@@ -4,30 +4,38 @@
 #include <filesystem>
 #include <string>
 
-#include "tools/mantle/scene_options.h"
+#include "loop/scene/regular_file.h"
 #include "tools/mantle/summary.h"
 
-/// The file DIR/checkpoint: everything `mantle run --resume` needs to go on with the same bits. The
+/// The file `checkpoint`: everything `mantle run --resume` needs to go on with the same bits. The
 /// rows written so far stay in the trajectory beside it; the checkpoint knows how many bytes of it
-/// count.
+/// count, and their hash.
+///
+///   mantle-checkpoint 0.7.0 9f86d081884c7d65 1234     version of the program, hash and size of
+///   what a3c5... 5678 0123... 1 0.1 0.09 0.12              follows: scene, trajectory, volume
+///   ...                                               the simulation
+///
+/// A single byte that is changed, missing or too many is noticed.
 
 namespace mantle::tools {
 
 struct RunCheckpoint {
-  std::uint64_t fingerprint{0};  ///< of the scene's text and its overrides
+  std::uint64_t fingerprint{0};  ///< Scene::fingerprint
   long trajectory_bytes{0};
+  std::uint64_t trajectory_hash{scene::kEmptyHash};  ///< of these bytes
   VolumeRange volume;
   std::string simulation;  ///< model::Simulation::Checkpoint()
 };
 
-std::uint64_t SceneFingerprint(const SceneOptions& options);
-
 std::string CheckpointText(const RunCheckpoint& checkpoint);
 
-/// Throws BadInput where the file is missing, damaged or of another scene.
+/// Throws BadInput where the file is missing, damaged, of another scene or of another version of
+/// the program.
 RunCheckpoint ReadCheckpoint(const std::filesystem::path& file, std::uint64_t fingerprint);
 
-/// The first `bytes` of the trajectory beside the checkpoint (partial or whole). Throws BadInput.
-std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file, long bytes);
+/// What the trajectory beside the checkpoint held when it was made. Throws BadInput where it is not
+/// there, or another.
+std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file,
+                             const RunCheckpoint& checkpoint);
 
 }  // namespace mantle::tools

@@ -74,6 +74,10 @@ void VolumeRange::Add(double volume_m3) {
 
 Json VectorJson(const model::Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
+std::string Dump(const Json& j) {
+  return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 Json PoseJson(const model::Pose& pose) {
   const auto& q = pose.rotation;
   return {{"position_m", VectorJson(pose.position)},

@@ -42,6 +42,10 @@ Json SettingsSummary(const scene::Scene& scene, const model::Plant& plant);
 std::vector<std::string> EffectNames(const model::Effects& effects);
 const char* IntegratorName(model::Integrator integrator);
 
+/// Indented text, with a line feed at its end. What is not UTF-8 (a name from the command line) is
+/// shown as U+FFFD.
+std::string Dump(const Json& j);
+
 Json PoseJson(const model::Pose& pose);
 Json VectorJson(const model::Vector3& v);
 
