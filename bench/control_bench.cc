@@ -5,6 +5,7 @@
 
 #include "controller/controller.h"
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
 
 // The controller's times on one core, for the steering scene with 20 steps of 50 ms (42 states, 5
 // motors): one whole MPC step (prepare and solve) along a closed loop with the reduced model as the
@@ -41,7 +42,7 @@ struct Rig {
   }
 
   scene::Scene scene;
-  reduced::ReducedModel model;
+  reduced::ReducedPlant model;
   reduced::StepSettings step;
   controller::Reference reference;
   std::unique_ptr<controller::Controller> controller;

@@ -6,6 +6,7 @@
 
 #include "loop/scene/scene.h"
 #include "tests/reduced/accuracy.h"
+#include "reduced/build/reduced_plant.h"
 
 /// Prints the accuracy tables of docs/reduced.md: the reduced model against the plant on a fine
 /// mesh, and the time of its step. Usage: reduced_accuracy [statics|dynamics|mantle|vehicle|price
@@ -169,14 +170,14 @@ void Vehicle() {
       const RunErrors fine = ErrorsOfRun(scene.robot, scene.reduction, 0.005, full);
       const RunErrors coarse = ErrorsOfRun(scene.robot, scene.reduction, 0.05, full);
       fmt::print("| {} | {} | {} | {:.1f} % | {:.1f} % | {:.3f} rad | {:.1f} % |\n", run.name,
-                 basis.name, reduced::ReducedModel(scene.robot, scene.reduction).mantle->size,
+                 basis.name, reduced::ReducedPlant(scene.robot, scene.reduction).mantle->size,
                  100 * fine.root, 100 * coarse.root, coarse.heading, 100 * coarse.volume);
     }
   }
 }
 
 // Shortest of many steps of 50 ms in the middle of a swim, in microseconds.
-double ShortestStep(const reduced::ReducedModel& model, bool derivatives) {
+double ShortestStep(const reduced::ReducedPlant& model, bool derivatives) {
   constexpr int kSteps = 26, kRepeats = 20;  // two pulses
   constexpr double kStep_s = 0.05;
   const double share = reduced::FirstStageTime(reduced::StepScheme::kSdirk2);
@@ -215,7 +216,7 @@ void Price() {
   const auto row = [&](const Basis& basis, int mantle) {
     reduced::Reduction r = OfMantle(mantle, false);
     r.arms = {basis.arm};
-    const reduced::ReducedModel m(robot, r);
+    const reduced::ReducedPlant m(robot, r);
     fmt::print("| {} | {} | {} | {:.0f} | {:.0f} |\n", basis.name, mantle, 2 * m.velocity_count(),
                ShortestStep(m, false), ShortestStep(m, true));
   };

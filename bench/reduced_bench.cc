@@ -1,5 +1,6 @@
 #include <benchmark/benchmark.h>
 
+#include "reduced/build/reduced_plant.h"
 #include "reduced/step.h"
 #include "tests/reduced/reduced_robots.h"
 
@@ -55,7 +56,7 @@ struct Setup {
     return r;
   }
 
-  ReducedModel model;
+  ReducedPlant model;
   StepSettings settings;
   StepWork work;
   StepJacobian jacobian;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "reduced/build/reduced_plant.h"
 #include "reduced/step.h"
 #include "tests/reduced/reduced_robots.h"
 
@@ -96,7 +97,7 @@ struct Cost {
 [[gnu::noinline]] Cost CostOf(const std::string& description, int count, bool derivatives) {
   reduced::Reduction reduction;
   reduction.arms[0].segments = 3;
-  const reduced::ReducedModel model(Built(description), reduction);
+  const reduced::ReducedPlant model(Built(description), reduction);
   reduced::StepSettings settings;
   settings.tolerance = 1e-8;
   reduced::StepWork work(model);

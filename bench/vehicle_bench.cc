@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 
 namespace mantle::loop {
@@ -18,7 +18,7 @@ void Cycle(benchmark::State& state) {
   run.account_energy = state.range(1) != 0;
   Vehicle vehicle(plant, run, tests::FiveMotors(),
                   {.cable_stiffness_n_m = static_cast<double>(state.range(0))});
-  if (const model::StepStatus status = vehicle.BringUp(); !status.ok) {
+  if (const Status status = vehicle.BringUp(); !status.ok) {
     state.SkipWithError(status.reason.c_str());
     return;
   }
@@ -30,7 +30,7 @@ void Cycle(benchmark::State& state) {
     const double sigma = std::fmod(t, 0.66) < 0.33 ? 1.0 : -1.0;
     commands[4].torque_permille =
         static_cast<std::int16_t>(std::lround(TensionToTorque(vehicle.winch_map(), wanted, sigma)));
-    if (const model::StepStatus status = vehicle.Cycle(commands); !status.ok) {
+    if (const Status status = vehicle.Cycle(commands); !status.ok) {
       state.SkipWithError(status.reason.c_str());
     }
   }

@@ -1,8 +1,14 @@
-# Debian packages (tools/package): mantle, the program; libmantle-dev, libraries and headers.
+# Debian packages (tools/package, or the target `package`): mantle, the program; libmantle-dev, libraries and headers.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mantle)
 set(CPACK_PACKAGE_VENDOR "The Mantle authors")
-set(CPACK_PACKAGE_CONTACT "The Mantle authors <mantle@localhost.localdomain>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")  # each package has its own
+# Who makes a package is named as Debian's own tools name them.
+set(maintainer "The Mantle authors <root@localhost>")
+if(DEFINED ENV{DEBEMAIL})
+  set(maintainer "$ENV{DEBFULLNAME} <$ENV{DEBEMAIL}>")
+endif()
+set(CPACK_PACKAGE_CONTACT "${maintainer}")
 set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
@@ -45,13 +51,13 @@ License: BSD-3-Clause
 
 License: BSD-3-Clause
 ${license}")
-file(READ CHANGELOG.md changes)
-string(REGEX REPLACE "^.*\n## [^\n]*\n+" "" changes "${changes}")
-string(REGEX REPLACE "(^|\n)- " "\\1  * " changes "${changes}")
+execute_process(COMMAND sed "1,/^## /d; /^## /,$d; /^$/d; s/^- /* /" ${PROJECT_SOURCE_DIR}/CHANGELOG.md
+  COMMAND fold -s -w 72 COMMAND sed "s/^/    /; s/^    [*]/  */; s/ *$//"
+  OUTPUT_VARIABLE changes COMMAND_ERROR_IS_FATAL ANY)
 file(WRITE ${PROJECT_BINARY_DIR}/debian/changelog "mantle (${PROJECT_VERSION}) unstable; urgency=medium
 
 ${changes}
- -- The Mantle authors <mantle@localhost.localdomain>  Sun, 01 Nov 2026 12:00:00 +0000
+ -- ${maintainer}  Sun, 01 Nov 2026 12:00:00 +0000
 ")
 execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/debian/changelog COMMAND_ERROR_IS_FATAL ANY)
 set(doc ${CMAKE_INSTALL_DATADIR}/doc)

@@ -4,6 +4,9 @@
 define_property(GLOBAL PROPERTY MANTLE_COMPONENTS BRIEF_DOCS "Names of the components" FULL_DOCS
   "In the order in which they were made.")
 
+# Everything that is installed, without tests and benchmarks.
+add_custom_target(mantle_installed)
+
 # mantle_component(model FOLDER model HEADERS plant.h ... USES Eigen3::Eigen ...) installs the target
 # mantle_model as component `model`, with its public headers under their folder.
 function(mantle_component name)
@@ -19,6 +22,7 @@ function(mantle_component name)
     install(FILES ${PROJECT_SOURCE_DIR}/${ARG_FOLDER}/${header}
       DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/mantle/${ARG_FOLDER}/${below} COMPONENT development)
   endforeach()
+  add_dependencies(mantle_installed mantle_${name})
   set(uses "")
   foreach(use IN LISTS ARG_USES)
     if(use MATCHES "^\\$<BUILD_INTERFACE:")

@@ -26,6 +26,7 @@ function(mantle_library name)
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>
     $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/mantle>)
   target_compile_features(mantle_${name} PUBLIC cxx_std_20)
+  mantle_use_precompiled(mantle_${name} libraries)
   target_link_libraries(mantle_${name} PUBLIC ${ARG_PUBLIC}
     PRIVATE ${ARG_PRIVATE} $<BUILD_INTERFACE:mantle_flags>)
   if(NOT ARG_HEADERS)
@@ -36,33 +37,41 @@ function(mantle_library name)
     USES ${ARG_PUBLIC} ${ARG_PRIVATE})
 endfunction()
 
+# mantle_test_program(target file.cc LIBS mantle::model): a GoogleTest program. What takes time runs in
+# the libraries; optimised test code only takes longer to compile.
+function(mantle_test_program target)
+  cmake_parse_arguments(ARG "" "" "LIBS;SOURCES" ${ARGN})
+  add_executable(${target} ${ARG_UNPARSED_ARGUMENTS} ${ARG_SOURCES})
+  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${target} PRIVATE mantle_test_paths ${ARG_LIBS} GTest::gtest_main fmt::fmt mantle_flags)
+  target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
+  mantle_use_precompiled(${target} tests)
+endfunction()
+
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
 function(mantle_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "LIBS;SOURCES" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT" "" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
   string(REPLACE "." "_" target "test_${name}")
-  add_executable(${target} ${ARG_UNPARSED_ARGUMENTS} ${ARG_SOURCES})
-  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_compile_definitions(${target} PRIVATE MANTLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-    MANTLE_BINARY_DIR="${PROJECT_BINARY_DIR}")
-  target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gtest_main mantle_flags)
+  mantle_test_program(${target} ${ARG_UNPARSED_ARGUMENTS})
   add_test(NAME ${name} COMMAND ${target})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
 endfunction()
 
 # mantle_module(ipopt SOURCES ... LIBS ...): mantle_ipopt.so, which the program opens when it first
-# needs it (tools/mantle/module.h); beside the program under lib/mantle, built and installed alike.
+# needs it (tools/mantle/module.h); beside the program under lib/mantle/modules, built and installed alike.
 function(mantle_module name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LIBS" ${ARGN})
   add_library(mantle_${name}_module MODULE ${ARG_SOURCES})
   set_target_properties(mantle_${name}_module PROPERTIES
-    PREFIX "" OUTPUT_NAME mantle_${name} LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/mantle)
+    PREFIX "" OUTPUT_NAME mantle_${name} LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/mantle/modules)
+  mantle_use_precompiled(mantle_${name}_module libraries)
   target_link_libraries(mantle_${name}_module PRIVATE ${ARG_LIBS} mantle_flags)
   # What the module holds of Mantle's own libraries is its own copy, and nobody else's business.
   target_link_options(mantle_${name}_module PRIVATE LINKER:--exclude-libs,ALL)
-  install(TARGETS mantle_${name}_module LIBRARY DESTINATION lib/mantle COMPONENT program)
+  install(TARGETS mantle_${name}_module LIBRARY DESTINATION lib/mantle/modules COMPONENT program)
   add_dependencies(mantle_modules mantle_${name}_module)
 endfunction()

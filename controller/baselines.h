@@ -5,6 +5,7 @@
 #include "controller/controller.h"
 #include "controller/steering.h"
 
+/// @file
 /// The controllers that the receding-horizon one is compared with: each a gait of the scene,
 /// scaled, and pulls of the lateral plane (steering.h) on top. Parameters are
 /// ControlOptions::baselines; `mantle tune` finds them.

@@ -5,6 +5,8 @@
 #include "controller/stage_cost.h"
 #include "controller/trajectory.h"
 
+namespace mantle::controller {
+
 /// The optimal control problem about a trajectory, condensed onto the decisions w.
 ///
 ///   delta x_{k+1} = A_k delta x_k + B_k (E_k + E_{k+1}) / 2 w
@@ -22,9 +24,6 @@
 /// K_k = d u_{k+1} / d x_k from its KKT system with the constraints that are active. The rows of
 /// its gradient obey M_{k-1} = (M_k + Y_k) A_{k-1}, Y_k = sum of S^T D C of the residuals at node k
 /// with S = C G.
-
-namespace mantle::controller {
-
 class Condensed : public Program {
  public:
   Condensed(const ReducedModel& model, const Horizon& horizon, StageCost* cost,

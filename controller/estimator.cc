@@ -6,7 +6,7 @@
 namespace mantle::controller {
 namespace {
 
-constexpr double kKept_s = 1.0;  // of what was pulled; older measurements are of no use
+constexpr double kKept_s = 1.0;  // of what was commanded; older measurements are of no use
 constexpr double kSameTime_s = 1e-9;
 /// The filter waits this long beyond the sensors' delay for a measurement, then goes on without.
 constexpr double kPatience_s = 0.2;
@@ -18,20 +18,18 @@ bool Finite(const ReducedState& s) {
 
 }  // namespace
 
-Estimator::Estimator(const ReducedModel& model, const reduced::StepSettings& step,
-                     const EstimatorOptions& options, const SensorOptions& sensors,
-                     const std::vector<MotorLimits>& limits)
-    : propagator_(model, step),
-      observer_(options.observer),
-      patience_s_(sensors.delay_s + kPatience_s),
-      state_(InitialState(model)),
+ModelEstimator::ModelEstimator(const EstimatorParts& parts)
+    : propagator_(parts.model, parts.step),
+      observer_(parts.options.observer),
+      patience_s_(parts.sensors.delay_s + kPatience_s),
+      state_(InitialState(parts.model)),
       next_(state_) {
-  if (options.observer || options.disturbance) {
-    filter_.emplace(model, step, options, sensors, limits);
+  if (parts.options.observer || parts.options.disturbance) {
+    filter_.emplace(parts.model, parts.step, parts.options, parts.sensors, parts.limits);
   }
 }
 
-void Estimator::Start(const ReducedState& state) {
+void ModelEstimator::Start(const ReducedState& state) {
   state_ = state;
   measured_s_ = state.time_s;
   pulls_.clear();
@@ -40,8 +38,8 @@ void Estimator::Start(const ReducedState& state) {
   valid_ = true;
 }
 
-void Estimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
-                       const ReducedState* measured) {
+void ModelEstimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
+                            const ReducedState* measured) {
   const bool newest = measured != nullptr && measured->time_s > measured_s_ - kSameTime_s;
   const ReducedState* usable = newest && Finite(*measured) ? measured : nullptr;
   if (!pulls_.empty() && pulls_.front().until_s < t_s - patience_s_ - kKept_s) {
@@ -67,7 +65,7 @@ void Estimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
 }
 
 // Brings the filter to the measurement's time and tells it. Whether it was told.
-bool Estimator::Filter(double t_s, const ReducedState* measured) {
+bool ModelEstimator::Filter(double t_s, const ReducedState* measured) {
   const bool tells =
       measured != nullptr && measured->time_s > filter_->state().time_s - kSameTime_s;
   const double until = tells ? measured->time_s : t_s - patience_s_;
@@ -83,7 +81,7 @@ bool Estimator::Filter(double t_s, const ReducedState* measured) {
 
 // The state on to a later time. A model that cannot be stepped keeps it: the next measurement
 // mends it.
-void Estimator::Carry(double t_s, const Eigen::Ref<const VectorX>& tensions) {
+void ModelEstimator::Carry(double t_s, const Eigen::Ref<const VectorX>& tensions) {
   if (t_s < state_.time_s + kSameTime_s) return;
   if (propagator_.Step(state_, t_s - state_.time_s, tensions, &next_, nullptr).ok) {
     std::swap(state_, next_);

@@ -1,38 +1,63 @@
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "controller/state_filter.h"
 
 /// From measurements to the state a controller uses, and to the disturbances that explain what the
-/// model did not foresee. This is the seam where another estimator fits.
-///
-/// The state: the newest measurement, or (observer) what the filter makes of all of them; carried
-/// by the model from when it was taken to now, with what was pulled meanwhile.
+/// model did not foresee.
 
 namespace mantle::controller {
 
+/// The seam: an estimator of a user's own derives from it (registry.h gives it a name).
 class Estimator {
  public:
-  /// `model` must outlive it.
-  Estimator(const ReducedModel& model, const reduced::StepSettings& step,
-            const EstimatorOptions& options, const SensorOptions& sensors,
-            const std::vector<MotorLimits>& limits);
+  virtual ~Estimator() = default;
 
-  void Start(const ReducedState& state);
-  /// The time is now t_s; `tensions` were pulled since the last call. `measured`, null where none
-  /// came, was taken at its time_s, now or earlier; one that is not finite,
-  /// or older than one before it, is ignored. Allocates
-  /// in the first two seconds alone (and as much longer as sensors are late).
-  void Update(double t_s, const Eigen::Ref<const VectorX>& tensions, const ReducedState* measured);
+  /// At the beginning of a run, with the first state that was measured.
+  virtual void Start(const ReducedState& state) = 0;
+  /// Every SYNC. The time is now t_s; `tensions` [N, one per motor] were commanded since the last
+  /// call. `measured`, null where none came, was taken at its time_s, now or earlier; it need not
+  /// be finite.
+  virtual void Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
+                      const ReducedState* measured) = 0;
+  /// Of the last Update's time.
+  virtual const ReducedState& state() const = 0;
+  /// What the model misses, sized for its motors; all zero where it is not estimated.
+  virtual const Disturbance& disturbance() const = 0;
+};
 
-  const ReducedState& state() const { return state_; }
-  /// None where it is not wanted.
-  const Disturbance& disturbance() const { return propagator_.disturbance(); }
+/// What an estimator is made of; all must outlive it.
+struct EstimatorParts {
+  const ReducedModel& model;
+  const reduced::StepSettings& step;
+  const EstimatorOptions& options;
+  const SensorOptions& sensors;            ///< what is known of the sensors' noise and delay
+  const std::vector<MotorLimits>& limits;  ///< one per motor
+};
+
+/// What options.type names (registry.h). Throws std::invalid_argument, listing the known names,
+/// where there is none.
+std::unique_ptr<Estimator> MakeEstimator(const EstimatorParts& parts);
+
+/// Ours, "model". The state: the newest measurement, or (observer) what the filter makes of all of
+/// them; carried by the model from when it was taken to now, with what was commanded meanwhile. A
+/// measurement that is not finite, or older than one before it, is ignored. Allocates in the first
+/// two seconds alone (and as much longer as sensors are late).
+class ModelEstimator final : public Estimator {
+ public:
+  explicit ModelEstimator(const EstimatorParts& parts);
+
+  void Start(const ReducedState& state) override;
+  void Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
+              const ReducedState* measured) override;
+  const ReducedState& state() const override { return state_; }
+  const Disturbance& disturbance() const override { return propagator_.disturbance(); }
   /// Seconds since the newest measurement was taken.
   double age_s() const { return state_.time_s - measured_s_; }
-  bool valid() const { return valid_; }
+  bool valid() const { return valid_; }  ///< Start was called
 
  private:
   struct Pull {

@@ -4,6 +4,7 @@
 
 #include "controller/options.h"
 
+/// @file
 /// Gaits: periodic tensions of the motors. They seed the problem (a pulsed jet has no gradient at
 /// rest), extend a plan beyond its end, and swim by themselves as the simplest baseline.
 

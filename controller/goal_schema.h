@@ -4,6 +4,7 @@
 #include "model/robot.h"
 #include "model/schema.h"
 
+/// @file
 /// The keys of the table [control.goal].
 
 namespace mantle::controller {

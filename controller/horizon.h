@@ -6,20 +6,19 @@
 
 #include "controller/options.h"
 
+namespace mantle::controller {
+
 /// The grid of a receding horizon, and how few decisions move its tensions.
 ///
-/// Tensions live at the nodes t_0 < ... < t_N and are linear between them, so that what a motor is
-/// asked for is continuous and its rate is the slope. Node 0 is what the motor pulls already. The
-/// decisions w are changes of the plan of one motor at one of its knots (some of the nodes);
+/// Tensions live at the nodes t_0 < ... < t_N and are linear between them, so that a
+/// motor's command is continuous and its rate is the slope. Node 0 is what the motor pulls already.
+/// The decisions w are changes of the plan of one motor at one of its knots (some of the nodes);
 /// between knots the change is linear as well:
 ///
 ///   u_k,i = u_k,i(plan) + sum_j hat_kj w_j   over the decisions j of motor i,
 ///
 /// so the plan itself keeps the grid's full resolution however few the knots are. A motor whose
 /// pulses are to be formed decides at every node, the others at the grid's knots.
-
-namespace mantle::controller {
-
 struct Horizon {
   std::vector<double> time_s;  ///< of the nodes from the start; time_s[0] = 0
   std::vector<int> knots;      ///< of the grid: nodes; the last one is N

@@ -4,8 +4,10 @@
 
 #include "controller/program.h"
 
-/// Ipopt with MUMPS, behind the seam Solver. Two ways lead to it: a library user links mantle::ipopt,
-/// which makes it what MakeSolver() gives; the program `mantle` opens it as a module.
+/// @file
+/// Ipopt with MUMPS, behind the seam Solver. Two ways lead to it: a library user links
+/// mantle::ipopt, which makes it what MakeSolver() gives; the program `mantle` opens it as a
+/// module.
 
 namespace mantle::controller {
 

@@ -37,7 +37,7 @@ ReducedState NominalState(const ReducedModel& model, const ControlOptions& optio
   ReducedState s = InitialState(model);
   s.q.setZero();
   s.v.setZero();
-  if (!model.plant.root_free()) return s;
+  if (!model.root_free()) return s;
   if (const auto* path = std::get_if<PathTask>(&options.goal)) s.v(5) = path->speed_m_s;
   if (const auto* cruise = std::get_if<CruiseTask>(&options.goal)) {
     s.v(5) = cruise->speed_m_s;
@@ -104,7 +104,7 @@ SteeringModel LineariseSteering(const ReducedModel& model, const reduced::StepSe
                                 const Eigen::Matrix2Xd& directions, double effort_factor) {
   SteeringModel out;
   out.period_s = options.period_s;
-  out.first = model.plant.root_free() ? 0 : 6;
+  out.first = model.root_free() ? 0 : 6;
   const ReducedState nominal = NominalState(model, options);
   ReducedState after = nominal;
   VectorX tensions(model.input_count());
@@ -168,7 +168,7 @@ SteeringRegulator::SteeringRegulator(const ReducedModel& model, const reduced::S
       difference_(VectorX::Zero(2 * model.velocity_count())),
       kept_(VectorX::Zero(linear_.a.rows())),
       steady_(VectorX::Zero(linear_.a.rows())),
-      most_offset_m_(kMostOffsetLength * model.plant.body_length_m) {}
+      most_offset_m_(kMostOffsetLength * model.body_length_m) {}
 
 void SteeringRegulator::Start() {
   pull_.setZero();

@@ -5,6 +5,7 @@
 #include "controller/steering.h"
 #include "controller/trajectory.h"
 
+/// @file
 /// The linear-quadratic regulator of the steering, on the reduced model linearised about a straight
 /// cruise (or about rest where the root is held).
 ///

@@ -8,17 +8,6 @@
 #include "controller/condensed.h"
 #include "controller/plan.h"
 
-/// Receding-horizon control with the reduced model.
-///
-/// Real-time iteration: Prepare (before the measurement) shifts the plan to the next start, rolls
-/// and linearises the model along it and condenses; Solve (after it) puts the deviation of the
-/// measured start from the expected one into the gradient and solves the small quadratic program
-/// with Ipopt. Converged: both are repeated at the measured start, each change backed by the true
-/// cost (Levenberg-Marquardt), until the plan stands still.
-///
-/// What can happen to a solve, and what the motors then get, is an Outcome; all of them are
-/// counted, none throws.
-
 namespace mantle::controller {
 
 enum class Outcome {
@@ -29,6 +18,7 @@ enum class Outcome {
 };
 std::string_view ToString(Outcome outcome);
 
+/// How the last Prepare and Solve went.
 struct MpcStatus {
   Outcome outcome{Outcome::kShifted};
   SolveStatus solver{SolveStatus::kFailed};
@@ -49,6 +39,16 @@ struct MpcCounters {
   std::array<std::uint64_t, 64> iteration_histogram{};
 };
 
+/// Receding-horizon control with the reduced model.
+///
+/// Real-time iteration: Prepare (before the measurement) shifts the plan to the next start, rolls
+/// and linearises the model along it and condenses; Solve (after it) puts the deviation of the
+/// measured start from the expected one into the gradient and solves the small quadratic program
+/// with Ipopt. Converged: both are repeated at the measured start, each change backed by the true
+/// cost (Levenberg-Marquardt), until the plan stands still.
+///
+/// What can happen to a solve, and what the motors then get, is an Outcome; all of them are
+/// counted, none throws.
 class Mpc {
  public:
   /// Throws model::BadRobot where the model has no input or the horizon makes no sense.

@@ -2,33 +2,28 @@
 #include <limits>
 
 #include "controller/controller.h"
-#include "controller/gait.h"
+#include "controller/plan_tracker.h"
 
 namespace mantle::controller {
 namespace {
-
-/// Largest state deviation the gains are trusted with: what they ask for beyond the plan [N].
-constexpr double kMostFeedback_n = 0.3;
-/// Tensions of a controller that has given up fall to their lower limits within about this time.
-constexpr double kDecay_s = 0.5;
 
 class MpcController : public Controller {
  public:
   explicit MpcController(const ControllerParts& parts)
       : parts_(parts),
         mpc_(parts.model, parts.step, parts.options, parts.reference),
+        tracker_(parts.model, parts.options),
         expected_(InitialState(parts.model)),
         start_(expected_),
-        planned_(expected_),
-        held_(VectorX::Zero(parts.model.input_count())),
-        deviation_(VectorX::Zero(2 * parts.model.velocity_count())) {}
+        held_(VectorX::Zero(parts.model.input_count())) {}
 
   void Start(const ReducedState& state) override {
     mpc_.Start(state);
     mpc_.propagator().SetDisturbance(Disturbance(parts_.model.input_count()));
     prepared_s_ = kNever_s;
     first_ = true;
-    safe_ = false;
+    issued_.gives_up = false;
+    HandOver();
   }
 
   // About what the last plan expects.
@@ -58,11 +53,12 @@ class MpcController : public Controller {
     mpc_.Solve(start_, deadline_ns);
     if (mpc_.status().outcome <= Outcome::kStoppedBetter) first_ = false;
     const bool safe = mpc_.status().outcome == Outcome::kSafe;
-    if (!safe || !safe_) {  // a decay goes on from where it began
-      asked_ = tensions;
-      updated_s_ = t_s;
+    if (!safe || !issued_.gives_up) {  // a decay goes on from where it began
+      issued_.tensions_n = tensions;
+      issued_.issued_s = t_s;
     }
-    safe_ = safe;
+    issued_.gives_up = safe;
+    HandOver();
   }
 
   void SetDisturbance(const Disturbance& disturbance) override {
@@ -70,34 +66,8 @@ class MpcController : public Controller {
   }
 
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
-    const Plan& plan = mpc_.plan();
-    if (safe_) {
-      const double share = std::max(0.0, 1.0 - (t_s - updated_s_) / kDecay_s);
-      for (Eigen::Index i = 0; i < tensions.size(); ++i) {
-        const double low = parts_.options.motors[i].min_tension_n;
-        tensions(i) = low + share * (asked_(i) - low);
-      }
-      return;
-    }
-    if (t_s < plan.start_s() && asked_.size() > 0) {  // towards the plan's beginning
-      const double share = (t_s - updated_s_) / (plan.start_s() - updated_s_);
-      tensions = asked_ + share * (plan.tensions.col(0) - asked_);
-      return;
-    }
-    if (t_s > plan.end_s()) {
-      GaitTensions(parts_.options.gait, t_s, tensions);
-      return;
-    }
-    TensionsAt(plan, t_s, tensions);
-    // State and plan of one instant, that of the estimate.
-    if (estimate == nullptr || plan.gains.empty() || estimate->time_s < plan.start_s()) return;
-    const int k = IntervalAt(plan, estimate->time_s);
-    if (k >= static_cast<int>(plan.gains.size())) return;
-    StateAt(plan, estimate->time_s, &planned_);
-    StateDifference(planned_, *estimate, deviation_);
-    held_.noalias() = plan.gains[k] * deviation_;
-    if (!held_.allFinite()) return;
-    tensions += held_.cwiseMax(-kMostFeedback_n).cwiseMin(kMostFeedback_n);
+    buffer_.Take();
+    tracker_.Command(buffer_.current(), t_s, estimate, tensions);
   }
 
   const Mpc* mpc() const override { return &mpc_; }
@@ -123,12 +93,21 @@ class MpcController : public Controller {
     prepared_s_ = t_s;
   }
 
+  void HandOver() {
+    issued_.plan = mpc_.plan();
+    buffer_.Publish(issued_);
+  }
+
   ControllerParts parts_;
+  // The planner.
   Mpc mpc_;
-  ReducedState expected_, start_, planned_;
-  VectorX held_, deviation_, asked_, planned_from_;
-  double updated_s_{0}, prepared_s_{kNever_s};
-  bool first_{true}, safe_{false};
+  IssuedPlan issued_;
+  PlanBuffer buffer_;
+  PlanTracker tracker_;  // the fast loop
+  ReducedState expected_, start_;
+  VectorX held_, planned_from_;
+  double prepared_s_{kNever_s};
+  bool first_{true};
 };
 
 }  // namespace

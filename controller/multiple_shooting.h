@@ -2,6 +2,8 @@
 
 #include "controller/condensed.h"
 
+namespace mantle::controller {
+
 /// The same optimal control problem as condensed.h, not condensed and not linearised: decisions are
 /// w and every node's state, and the dynamics are constraints (multiple shooting; Bock & Plitt,
 /// 1984). Large and sparse; the reference for the condensed form, and for offline plans.
@@ -11,9 +13,6 @@
 ///
 /// with (+), (-) the chart of outputs.h about a base trajectory. The Hessian is Gauss-Newton's, the
 /// other derivatives are exact. Costs on the mean velocity couple distant nodes and are not taken.
-
-namespace mantle::controller {
-
 class MultipleShooting : public Program {
  public:
   /// `condensed` has been prepared at `base`: its linear rows bound tensions and rates. All must

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -16,6 +17,8 @@ namespace mantle::controller {
 
 using model::Vector3;
 
+/// The controllers that come along; options.controller may also name one of a user's own
+/// (controller/registry.h).
 enum class ControllerKind {
   kMpc,
   kGait,     ///< open loop
@@ -23,6 +26,11 @@ enum class ControllerKind {
   kPid,      ///< of the heading (or of the tip's place), on top of the gait
   kLqr       ///< on the reduced model at rest, on top of the gait
 };
+/// "mpc", "gait", "pursuit", "pid", "lqr": what scenes say.
+constexpr std::string_view ToString(ControllerKind kind) {
+  constexpr std::string_view kNames[] = {"mpc", "gait", "pursuit", "pid", "lqr"};
+  return kNames[static_cast<std::size_t>(kind)];
+}
 
 enum class MpcMode {
   kRealTimeIteration,  ///< one linearisation at the shifted plan, condensed
@@ -108,6 +116,7 @@ struct GaitPulse {
   double rise{0.5}, hold{0}, fall{0.5};
   double phase{0};
 };
+/// A periodic pulse of every motor.
 struct Gait {
   double period_s{0.66};
   std::vector<GaitPulse> motors;  ///< one per motor
@@ -126,16 +135,19 @@ struct BaselineGains {
   double speed_gain{0};    ///< of the gait's scale [1/m of along-track error; s/m of mean speed]
 };
 
+/// What is made of measurements: the scene's table [control.estimator].
 struct EstimatorOptions {
-  bool observer{false};    ///< the state is filtered; else the measurement is taken as it is
-  bool disturbance{true};  ///< a bias of every motor's tension and of a free root's acceleration
-  double model_noise{1};   ///< factor on the filter's distrust of the model
+  std::string type{"model"};  ///< its name in controller/registry.h
+  bool observer{false};       ///< the state is filtered; else the measurement is taken as it is
+  bool disturbance{true};     ///< a bias of every motor's tension and of a free root's acceleration
+  double model_noise{1};      ///< factor on the filter's distrust of the model
   double tension_walk_n{0.01};          ///< of the bias in a second (random walk, N/s^(1/2))
   double acceleration_walk_m_s2{7e-4};  ///< of the root, alike
 };
 
+/// Everything that a scene's table [control] says.
 struct ControlOptions {
-  ControllerKind controller{ControllerKind::kMpc};
+  std::string controller{ToString(ControllerKind::kMpc)};  ///< its name in controller/registry.h
   MpcMode mode{MpcMode::kRealTimeIteration};
   ControlGoal goal;
   double period_s{0.05};

@@ -5,6 +5,7 @@
 #include "model/schema.h"
 #include "reduced/reduction.h"
 
+/// @file
 /// The keys of the tables [control] and [sensors].
 
 namespace mantle::controller {

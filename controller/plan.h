@@ -4,11 +4,10 @@
 
 #include "controller/trajectory.h"
 
-/// What a controller intends: tensions and predicted states over a horizon, with feedback gains for
-/// its beginning. Plain values; it stays usable after the controller that made it has failed.
-
 namespace mantle::controller {
 
+/// What a controller intends: tensions and predicted states over a horizon, with feedback gains for
+/// its beginning. Plain values; it stays usable after the controller that made it has failed.
 struct Plan {
   std::vector<double> time_s;          ///< of the nodes, absolute
   Eigen::MatrixXd tensions;            ///< motors x nodes [N]

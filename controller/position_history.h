@@ -4,6 +4,7 @@
 
 #include "model/lie.h"
 
+/// @file
 /// Where the root has been, for mean velocities over a pulse.
 
 namespace mantle::controller {

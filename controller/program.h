@@ -7,9 +7,6 @@
 #include <string_view>
 #include <vector>
 
-/// A nonlinear program  min f(x)  s.t.  x_l <= x <= x_u, g_l <= g(x) <= g_u, and the seam behind
-/// which its solver stands.
-
 namespace mantle::controller {
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -19,6 +16,8 @@ struct SparsePattern {
   std::vector<int> row, column;
 };
 
+/// A nonlinear program  min f(x)  s.t.  x_l <= x <= x_u, g_l <= g(x) <= g_u, and the seam behind
+/// which its solver stands.
 class Program {
  public:
   virtual ~Program() = default;
@@ -30,7 +29,7 @@ class Program {
   virtual const SparsePattern& JacobianPattern() const = 0;
   /// Lower triangle of the Hessian of f + lambda^T g, or an approximation of it.
   virtual const SparsePattern& HessianPattern() const = 0;
-  /// f is quadratic and g linear: derivatives are asked for once.
+  /// f is quadratic and g linear: derivatives are evaluated once.
   virtual bool quadratic() const = 0;
 
   /// False where the functions cannot be evaluated at x. `fresh`: x differs from the last call's.
@@ -56,6 +55,7 @@ enum class SolveStatus {
 /// "solved", "stopped by the iteration budget", ...
 std::string_view ToString(SolveStatus status);
 
+/// What bounds one solve.
 struct SolveOptions {
   double tolerance{1e-4};
   int max_iterations{30};
@@ -65,6 +65,7 @@ struct SolveOptions {
   bool fast{true};  ///< options measured to be fast on small problems (docs/controller.md)
 };
 
+/// Where a solve ended, with its multipliers.
 struct SolveResult {
   SolveStatus status{SolveStatus::kFailed};
   int iterations{0};
@@ -80,6 +81,7 @@ struct SolveResult {
   }
 };
 
+/// The seam behind which solvers stand. One object serves one thread.
 class Solver {
  public:
   virtual ~Solver() = default;

@@ -5,16 +5,11 @@
 #include "controller/options.h"
 #include "reduced/reduced_model.h"
 
-/// Where a goal wants the robot to be, as a function of time.
-///
-/// Path: a cubic Hermite curve through the root's first place and the waypoints, with the tangents
-/// of the natural cubic spline over chord length, travelled at constant speed (by arc length) after
-/// a start of constant acceleration. It goes straight on beyond the last waypoint.
-
 namespace mantle::controller {
 
 using model::Vector3;
 
+/// What a Reference says of one instant.
 struct ReferencePoint {
   Vector3 position{Vector3::Zero()};    ///< of the root, world [m]
   Vector3 direction{Vector3::UnitZ()};  ///< of e3, world
@@ -22,6 +17,11 @@ struct ReferencePoint {
   Vector3 tip{Vector3::Zero()};         ///< of the circle's arm, world [m]
 };
 
+/// Where a goal wants the robot to be, as a function of time.
+///
+/// Path: a cubic Hermite curve through the root's first place and the waypoints, with the tangents
+/// of the natural cubic spline over chord length, travelled at constant speed (by arc length) after
+/// a start of constant acceleration. It goes straight on beyond the last waypoint.
 class Reference {
  public:
   /// The root starts at the robot's initial pose.

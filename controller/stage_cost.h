@@ -6,19 +6,18 @@
 #include "controller/reference.h"
 #include "reduced/outputs.h"
 
-/// The state's part of the stage cost as weighted squares, l = sum_i d_i r_i(x, t)^2, with exact
-/// Jacobians of the residuals in (zeta, dq, dv): the Gauss-Newton Hessian 2 C^T D C follows.
-/// Model and formula: controller/options.h. Soft bounds are rows max(0, what is outside).
-///
-/// The mean velocity over a pulse of length T ends at the state: (p(t) - p(t - T)) / T - v_ref. It
-/// couples two nodes of a horizon, so its residual is made by the caller from positions.
-
 namespace mantle::controller {
 
 using model::VectorX;
 using reduced::ReducedModel;
 using reduced::ReducedState;
 
+/// The state's part of the stage cost as weighted squares, l = sum_i d_i r_i(x, t)^2, with exact
+/// Jacobians of the residuals in (zeta, dq, dv): the Gauss-Newton Hessian 2 C^T D C follows.
+/// Model and formula: controller/options.h. Soft bounds are rows max(0, what is outside).
+///
+/// The mean velocity over a pulse of length T ends at the state: (p(t) - p(t - T)) / T - v_ref. It
+/// couples two nodes of a horizon, so its residual is made by the caller from positions.
 class StageCost {
  public:
   /// All must outlive it.

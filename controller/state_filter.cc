@@ -35,7 +35,7 @@ StateFilter::StateFilter(const ReducedModel& model, const reduced::StepSettings&
       most_(VectorX::Zero(motors_)) {
   for (int i = 0; i < motors_; ++i) most_(i) = kMostBias * limits[i].max_tension_n;
   const int n = model.velocity_count(), all = size_ + motors_ + 3;
-  const bool free = model.plant.root_free();
+  const bool free = model.root_free();
   process_.setZero(all);
   noise_.setZero(size_);
   start_.setZero(all);

@@ -3,6 +3,8 @@
 #include "controller/options.h"
 #include "controller/trajectory.h"
 
+namespace mantle::controller {
+
 /// An extended Kalman filter of the reduced model (R. E. Kalman, J. Basic Eng. 82, 1960; errors on
 /// the state's manifold as in J. Sola, arXiv:1711.02508), with what the model does not foresee as
 /// constant disturbances that wander: a bias d of every motor's tension, and an acceleration a of a
@@ -15,9 +17,6 @@
 /// R: the sensors' deviations (bias counted as noise), over a floor of what a reduced state can say
 /// of the plant at all. The floor is what makes disturbances right over a pulse, and not from one
 /// instant to the next: the filter follows its own mantle, and drifts tell.
-
-namespace mantle::controller {
-
 class StateFilter {
  public:
   /// `model` must outlive it.

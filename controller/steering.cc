@@ -15,27 +15,22 @@ constexpr double kVanishes = 1e-3;  // of the sum over the parts that cancel
 constexpr double kRate_s = 1e-3;    // of the reference's rate by differences
 constexpr double kTiny = 1e-9;
 
-// int R d(X) dX of one cable of the plant [m^2], in the root frame; `parts` grows by int |d| dX.
-Vector3 BendOf(const model::Plant& plant, int cable, double* parts) {
-  Vector3 sum = Vector3::Zero();
-  for (std::size_t a = 0; a < plant.rods.size(); ++a) {
-    const model::Rod& rod = plant.rods[a];
-    const int first = plant.ArmCableIndex(static_cast<int>(a), 0);
-    if (cable < first || cable >= first + static_cast<int>(rod.cables.size())) continue;
-    const auto& pieces = rod.cables[cable - first].pieces;
-    for (std::size_t e = 0; e < pieces.size(); ++e) {
-      const double length = (rod.x_m[e + 1] - rod.x_m[e]) * pieces[e].share;
-      sum += length * pieces[e].offset_m;
-      *parts += length * pieces[e].offset_m.norm();
-    }
-    return rod.mount.rotation * sum;
+// int R d(X) dX of one cable [m^2], in the root frame; `parts` grows by int |d| dX.
+Vector3 BendOf(const ReducedModel& model, int cable, double* parts) {
+  for (std::size_t a = 0; a < model.arms.size(); ++a) {
+    const reduced::ReducedArm& arm = model.arms[a];
+    const int first = model.ArmCableIndex(static_cast<int>(a), 0);
+    if (cable < first || cable >= first + static_cast<int>(arm.cables.size())) continue;
+    const reduced::ReducedCable& c = arm.cables[cable - first];
+    *parts += c.distance_integral_m2;
+    return arm.mount.rotation * c.offset_integral_m2;
   }
-  return sum;
+  return Vector3::Zero();
 }
 
-bool BelongsTo(const model::Plant& plant, int cable, int arm) {
-  const int first = plant.ArmCableIndex(arm, 0);
-  return cable >= first && cable < first + static_cast<int>(plant.rods[arm].cables.size());
+bool BelongsTo(const ReducedModel& model, int cable, int arm) {
+  const int first = model.ArmCableIndex(arm, 0);
+  return cable >= first && cable < first + static_cast<int>(model.arms[arm].cables.size());
 }
 
 Vector2 BaseLateral(const Vector3& v) { return v.tail<2>(); }
@@ -50,9 +45,9 @@ Eigen::Matrix2Xd PullDirections(const ReducedModel& model, int tip_arm) {
     double whole = 0;
     for (const reduced::ActuatorTarget& target : motors[i].targets) {
       if (target.kind != reduced::ActuatorTarget::Kind::kCable) continue;
-      if (tip_arm >= 0 && !BelongsTo(model.plant, target.index, tip_arm)) continue;
+      if (tip_arm >= 0 && !BelongsTo(model, target.index, tip_arm)) continue;
       double parts = 0;
-      const Vector3 bend = target.gain * BendOf(model.plant, target.index, &parts);
+      const Vector3 bend = target.gain * BendOf(model, target.index, &parts);
       whole += std::abs(target.gain) * parts;
       if (tip_arm < 0) {
         sum += bend.head<2>();

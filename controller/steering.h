@@ -4,6 +4,7 @@
 
 #include "controller/reference.h"
 
+/// @file
 /// Steering by pulling sideways: which way each motor pulls, and how far what is steered points
 /// beside its aim.
 ///

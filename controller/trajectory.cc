@@ -21,17 +21,17 @@ Propagator::Propagator(const ReducedModel& model, const reduced::StepSettings& s
       middle_(kMostHalvings + 1, InitialState(model)),
       part_(kMostHalvings + 1, reduced::StepJacobian(model)),
       product_(2 * model.velocity_count(), 2 * model.velocity_count()) {
-  EvaluateInputs(model.plant, 0.0, false, &inputs_);
+  EvaluateInputs(model, 0.0, false, &inputs_);
 }
 
 reduced::StepOutcome Propagator::Step(const ReducedState& from, double h,
                                       const Eigen::Ref<const VectorX>& tensions, ReducedState* to,
                                       reduced::StepJacobian* jacobian) {
-  EvaluateInputs(model_.plant, from.time_s + 0.5 * h, false, &inputs_);
+  EvaluateInputs(model_, from.time_s + 0.5 * h, false, &inputs_);
   disturbed_ = tensions + disturbance_.bias_n;
   ApplyControls(model_, disturbed_.data(), &inputs_);
   const reduced::StepOutcome outcome = Divided(from, h, 0, to, jacobian);
-  if (outcome.ok && model_.plant.root_free()) {
+  if (outcome.ok && model_.root_free()) {
     to->v.segment<3>(3) += h * disturbance_.acceleration_m_s2;
   }
   return outcome;

@@ -5,6 +5,12 @@
 #include "controller/horizon.h"
 #include "reduced/step.h"
 
+namespace mantle::controller {
+
+using model::VectorX;
+using reduced::ReducedModel;
+using reduced::ReducedState;
+
 /// The reduced model rolled along a horizon, with the derivatives of every interval.
 ///
 ///   x_{k+1} = F(x_k, u + d, h) + h a,   u = (u_k + u_{k+1}) / 2,  h = t_{k+1} - t_k,
@@ -12,13 +18,6 @@
 ///
 /// d and a are constant disturbances that an estimator finds where the vehicle does otherwise
 /// than the model believes.
-
-namespace mantle::controller {
-
-using model::VectorX;
-using reduced::ReducedModel;
-using reduced::ReducedState;
-
 struct Trajectory {
   Trajectory(const ReducedModel& model, const Horizon& horizon);
 

@@ -1,5 +1,7 @@
 #pragma once
 
+namespace mantle::controller {
+
 /// Between a cable's tension and the torque of the winch that pulls it, friction included. With r
 /// the reeled length, s = dr/d(motor angle), T the tension at the drum, eta the gear's efficiency
 /// ([physics.md] 2, firmware_sim/drive/winch.h):
@@ -10,9 +12,6 @@
 /// sigma in [-1, 1] is the direction of the friction: the sign of the reel's rate while it moves
 /// (positive reels in), anything between while it stands. Torques are in 1/1000 of the rated one,
 /// as a CiA 402 drive takes and reports them.
-
-namespace mantle::controller {
-
 struct WinchMap {
   double metres_per_rad{0};  ///< s, of the motor
   double metres_per_count{0};

@@ -7,21 +7,23 @@
 #include <string>
 #include <vector>
 
-#include "controller/controller.h"
-#include "controller/estimator.h"
-#include "controller/sensors.h"
-#include "controller/tension_loop.h"
+#include "loop/control_side/control_side.h"
+#include "loop/lock_step.h"
 #include "loop/loop_account.h"
+#include "loop/pacer.h"
+#include "loop/plant_side/instruments.h"
+#include "loop/plant_side/plant_side.h"
 #include "loop/scene/scene.h"
-#include "loop/vehicle.h"
-#include "reduced/projection.h"
+#include "loop/sensor_channel.h"
+#include "loop/wire.h"
+#include "reduced/build/reduced_plant.h"
 
-/// The closed loop of a scene with a table [control]:
+/// The closed loop of a scene with a table [control], both sides in one process:
 ///
-///   plant -> projection -> sensors -> estimator -> controller -> limits -> torque -> CANopen
-///   drives
-///     ^                                                                                  |
-///     +------------------------------------ cables ---------------------------------------+
+///   plant side                                        control side
+///   plant -> instruments == Sensors (channel) ==> estimator -> controller -> limits
+///     ^ cables                                                                 | torques
+///   drives <================== CAN (wire) ======================= master <-----+
 ///
 /// stepped by SYNC periods. In lock-step the solver's budget is its iterations, time is simulated,
 /// and the same scene gives the same bits; in real time the solver also has a deadline.
@@ -33,7 +35,7 @@ model::Robot PlantRobot(const scene::Scene& scene);
 
 struct ClosedLoopOptions {
   bool real_time{false};
-  std::optional<controller::ControllerKind> controller;  ///< instead of the scene's
+  std::optional<std::string> controller;  ///< instead of the scene's, as control.controller
   std::optional<std::string> bus;
   firmware_sim::CandumpWriter* record{nullptr};
 };
@@ -45,11 +47,12 @@ struct LoopStep {
   bool planned;  ///< the controller made a new plan at this instant
   const reduced::ReducedState& truth;
   const reduced::ReducedState& estimate;
-  const model::VectorX& command_n;  ///< tensions asked for
+  const model::VectorX& command_n;  ///< tensions commanded
   std::span<const MotorCommand> torques;
-  const model::VectorX& tension_n;  ///< tensions that the drums pull with
+  const model::VectorX& tension_n;  ///< actual tensions, that the drums pull with
   const controller::Disturbance& disturbance;
-  const Vehicle& vehicle;
+  const PlantSide& plant;
+  const MotorMaster& motors;
   const controller::Mpc* mpc;  ///< null for baselines
   double cost;                 ///< integral of the stage cost so far
   double error;                ///< LoopResult::error_name
@@ -57,7 +60,8 @@ struct LoopStep {
 
 class ClosedLoop {
  public:
-  /// Throws BadScene where the scene has no [control] or [time]; as Vehicle and ReducedModel do.
+  /// Throws BadScene where the scene has no [control] or [time]; as the two sides and ReducedModel
+  /// do.
   ClosedLoop(const scene::Scene& scene, const ClosedLoopOptions& options = {});
 
   /// Brings the drives up, runs to the scene's duration, takes them down. `observer` sees every
@@ -65,40 +69,32 @@ class ClosedLoop {
   LoopResult Run(const std::function<bool(const LoopStep&)>& observer = {});
 
   const model::Plant& plant() const { return plant_; }
-  const reduced::ReducedModel& reduced() const { return model_; }
-  const controller::Reference& reference() const { return reference_; }
-  Vehicle& vehicle() { return vehicle_; }
+  const reduced::ReducedPlant& reduced() const { return model_; }
+  const controller::Reference& reference() const { return control_side_.reference(); }
+  PlantSide& plant_side() { return plant_side_; }
+  const ControlSide& control_side() const { return control_side_; }
 
  private:
-  /// The vehicle's state at t, as it truly is.
-  model::StepStatus Read(double t_s);
-  void Turn(long cycle, LoopResult* result);
   /// Between two SYNCs.
-  model::StepStatus Advance(LoopResult* result);
+  Status Advance(LoopResult* result);
+  /// The message of now, from instruments to control.
+  void PassSensors();
   LoopStep StepNow(bool planned, double error, const LoopResult& result) const;
   void Conclude(LoopResult* result);
-  void Command(double t_s, const reduced::ReducedState* estimate, LoopResult* result);
-  void AskForTorques();
 
   scene::Scene scene_;
-  controller::ControlOptions control_;
-  ClosedLoopOptions options_;
   model::Plant plant_;
-  reduced::ReducedModel model_;
-  reduced::StepSettings step_;
-  controller::Reference reference_;
-  std::unique_ptr<controller::Controller> controller_;
-  reduced::Projection projection_;
-  controller::Sensors sensors_;
-  controller::Estimator estimator_;
-  Vehicle vehicle_;
+  reduced::ReducedPlant model_;
+  Wire wire_;
+  PlantSide plant_side_;
+  Instruments instruments_;
+  SensorChannel channel_;
+  ControlSide control_side_;
+  Pacer pacer_;
+  LockStep lock_step_;
   LoopAccount account_;
-  reduced::ReducedState truth_;
-  model::VectorX command_, asked_, before_, tension_, held_;
-  std::vector<MotorCommand> torques_;
-  std::vector<controller::TensionLoop> tension_loops_;
+  Sensors measured_, received_;
   std::vector<double> work_before_j_;
-  long control_every_;
 };
 
 }  // namespace mantle::loop

@@ -77,7 +77,7 @@ double LoopAccount::Look(const ReducedState& truth, const model::PlantState& pla
 }
 
 void LoopAccount::Add(const ReducedState& truth, double dt, const VectorX& command,
-                      const VectorX& before, const VectorX& pulled, LoopResult* r) {
+                      const VectorX& before, const VectorX& actual, LoopResult* r) {
   cost_.Evaluate(truth, &residual_, nullptr);
   auto at = r->cost_terms.begin();
   const auto add = [&](double value) {
@@ -96,7 +96,7 @@ void LoopAccount::Add(const ReducedState& truth, double dt, const VectorX& comma
     r->max_error = std::max(r->max_error, error_);
   }
   r->effort_n2_s += dt * command.squaredNorm();
-  squared_error_ += (pulled - before).squaredNorm() / static_cast<double>(pulled.size());
+  squared_error_ += (actual - before).squaredNorm() / static_cast<double>(actual.size());
 }
 
 void LoopAccount::Conclude(LoopResult* r) const {

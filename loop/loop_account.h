@@ -31,12 +31,12 @@ struct LoopResult {
   double mean_error{0}, max_error{0}, final_error{0};
   std::string error_name;  ///< "position_m", "tip_m", "mean_speed_m_s"
   std::vector<WaypointResult> waypoints;
-  double effort_n2_s{0};      ///< integral of the sum of squares of the tensions asked for
+  double effort_n2_s{0};      ///< integral of the sum of squares of the tensions commanded
   double cable_work_j{0};     ///< that drums did on cables, positive part of the powers
   double mean_speed_m_s{0};   ///< of the root along its path
   double energetic_index{0};  ///< mean of W_o over mean of W_i ([physics.md] 5)
-  double tension_error_n{0};  ///< root mean square of pulled minus asked, over all motors
-  long limit_touches{0};      ///< motor periods in which a bound or rate cut what was asked
+  double tension_error_n{0};  ///< root mean square of actual minus commanded, over all motors
+  long limit_touches{0};      ///< motor periods in which a bound or rate cut what was commanded
   long cycles{0};
   std::vector<double> prepare_s, solve_s;  ///< of every plan
   controller::MpcCounters counters;
@@ -62,10 +62,10 @@ class LoopAccount {
   /// The state that was reached: error, waypoints. Returns the error.
   double Look(const reduced::ReducedState& truth, const model::PlantState& plant_state,
               LoopResult* result);
-  /// The period of length dt that begins there, with the tensions asked for now, asked for before,
-  /// and pulled.
+  /// The period of length dt that begins there, with the tensions commanded now and before,
+  /// and the actual ones.
   void Add(const reduced::ReducedState& truth, double dt_s, const model::VectorX& command_n,
-           const model::VectorX& before_n, const model::VectorX& pulled_n, LoopResult* result);
+           const model::VectorX& before_n, const model::VectorX& actual_n, LoopResult* result);
   /// At the end: sums become means.
   void Conclude(LoopResult* result) const;
 

@@ -21,13 +21,4 @@ void Describe(Visitor& v, DriveOptions& d) {
            &d.pretension_n);
 }
 
-void Describe(Visitor& v, Mismatch& m) {
-  constexpr Range kFactor{0.01, 100};
-  v.Number({"young"}, Quantity::kNumber, kFactor, &m.young);
-  v.Number({"viscosity"}, Quantity::kNumber, kFactor, &m.viscosity);
-  v.Number({"drag"}, Quantity::kNumber, kFactor, &m.drag);
-  v.Number({"added_mass"}, Quantity::kNumber, kFactor, &m.added_mass);
-  v.Number({"jet", "thrust"}, Quantity::kNumber, kFactor, &m.jet);
-}
-
 }  // namespace mantle::loop

@@ -120,7 +120,7 @@ double ExplicitStepLimit(const Plant& plant) {
   EvaluateInputs(plant, 0.0, false, &inputs);
   PlantWork work(plant);
   if (const EvaluationFailure failure = EvaluateForces(plant, state, inputs, &work)) {
-    throw std::runtime_error("stability estimate: " + failure.Message());
+    throw BadRobot("initial state, for the explicit step: " + failure.Message());
   }
   const VectorX f0 = work.force;
   inputs.root_acceleration.setZero();

@@ -20,6 +20,7 @@ namespace mantle::model {
 
 using Vector3 = Eigen::Vector3d;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
+using VectorX = Eigen::VectorXd;
 using Matrix3 = Eigen::Matrix3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 

@@ -76,17 +76,18 @@ void DistributedLoad::AddTangent(const SectionGeometry& s, const SectionMotion& 
   t->force_by_rotation += Hat(w.tail<3>());
 }
 
-std::vector<SectionLoad> MakeSectionLoads(const Arm& arm, const Water& water,
-                                          const Effects& effects) {
-  std::vector<SectionLoad> loads;
-  if (effects.weight || effects.buoyancy) {
-    const double density = arm.inertia ? (*arm.inertia)(5) / (kPi * std::pow(arm.radius_base_m, 2))
-                                       : arm.material.density_kg_m3;
-    loads.push_back(GravityLoad{effects.gravity_m_s2, effects.weight ? density : 0.0,
-                                effects.buoyancy ? water.density_kg_m3 : 0.0});
-  }
-  if (effects.drag) loads.push_back(DragLoad{water.density_kg_m3, arm.drag_coefficients});
-  return loads;
+std::optional<GravityLoad> GravityLoad::From(const Arm& arm, const Water& water,
+                                             const Effects& effects) {
+  if (!effects.weight && !effects.buoyancy) return std::nullopt;
+  const double density = arm.inertia ? (*arm.inertia)(5) / (kPi * std::pow(arm.radius_base_m, 2))
+                                     : arm.material.density_kg_m3;
+  return GravityLoad{effects.gravity_m_s2, effects.weight ? density : 0.0,
+                     effects.buoyancy ? water.density_kg_m3 : 0.0};
+}
+
+std::optional<DragLoad> DragLoad::From(const Arm& arm, const Water& water, const Effects& effects) {
+  if (!effects.drag) return std::nullopt;
+  return DragLoad{water.density_kg_m3, arm.drag_coefficients};
 }
 
 Vector6 WrenchInSection(const Vector6& wrench, LoadFrame frame,

@@ -3,8 +3,7 @@
 #include <variant>
 #include <vector>
 
-#include "model/power_names.h"
-#include "model/robot.h"
+#include "model/section.h"
 
 /// Loads on a section of an arm: each a pure value that returns a wrench density (per unit
 /// reference length, section frame) from the section's geometry and its absolute pose and twist.
@@ -12,6 +11,9 @@
 /// points. Added mass is not here: it belongs in the inertia ([physics.md] 2, errata 1 and 2).
 ///
 /// Every load, here and in root_loads.h and mantle_loads.h, also says
+///   From        itself, where the scene names its effect (a new load needs no more than that and
+///   its
+///               place in a list of types below),
 ///   kField      whether it comes from a field that load stepping scales with everything else,
 ///   Scale       which factors of a Mismatch it takes,
 ///   Name        under what name (and so at which place) it reports its power,
@@ -21,29 +23,9 @@
 
 namespace mantle::model {
 
-/// Geometry of a section, or its mean over the neighbourhood of a node.
-struct SectionGeometry {
-  double x_m{0};
-  double area_m2{0};
-  double radius_m{0};
-};
-
-/// Motion of a section, or of the root for loads on it.
-struct SectionMotion {
-  Eigen::Quaterniond rotation;  ///< section to world
-  Vector6 twist;                ///< relative to the water, section frame
-};
-
 /// Of every body: gravity's work on its mass and on the water that it displaces.
 inline constexpr const char* kWeightName = "weight";
 inline constexpr const char* kBuoyancyName = "buoyancy";
-
-/// Derivatives of a wrench density in the body increment zeta (rotation part only) and the twist.
-struct LoadTangent {
-  Matrix3 force_by_rotation{Matrix3::Zero()};
-  Matrix3 moment_by_rotation{Matrix3::Zero()};
-  Matrix3 force_by_velocity{Matrix3::Zero()};
-};
 
 /// rho_b A R^T G (weight), -rho_w A R^T G (buoyancy); erratum 4. Kept as one load with the
 /// difference of the densities, so that a neutral body feels exactly nothing.
@@ -52,6 +34,8 @@ struct GravityLoad {
   double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named
   int weight_place{-1}, buoyancy_place{-1};
 
+  static std::optional<GravityLoad> From(const Arm& arm, const Water& water,
+                                         const Effects& effects);
   static constexpr bool kField = true;
   bool IsNothing() const { return body_density_kg_m3 == water_density_kg_m3; }
   bool NeedsRotation() const { return true; }
@@ -69,6 +53,7 @@ struct DragLoad {
   Vector3 coefficients;
   int place{-1};
 
+  static std::optional<DragLoad> From(const Arm& arm, const Water& water, const Effects& effects);
   static constexpr bool kField = false;
   bool IsNothing() const { return false; }
   bool NeedsRotation() const { return false; }
@@ -106,9 +91,16 @@ inline double FieldScale(const SectionLoad& load, double field_scale) {
   return std::visit([&](const auto& l) { return FieldScale(l, field_scale); }, load);
 }
 
-/// What the effects of a scene do to the sections of an arm.
-std::vector<SectionLoad> MakeSectionLoads(const Arm& arm, const Water& water,
-                                          const Effects& effects);
+/// Of a list of load types, those that `From(arguments...)` makes, in the order of the types.
+template <typename Variant, std::size_t I = 0, typename... Arguments>
+void AddLoads(std::vector<Variant>* loads, const Arguments&... arguments) {
+  if constexpr (I < std::variant_size_v<Variant>) {
+    if (auto load = std::variant_alternative_t<I, Variant>::From(arguments...)) {
+      loads->push_back(*load);
+    }
+    AddLoads<Variant, I + 1>(loads, arguments...);
+  }
+}
 
 /// Wrench seen in the section frame of a wrench given in `frame`.
 Vector6 WrenchInSection(const Vector6& wrench, LoadFrame frame, const Eigen::Quaterniond& rotation);

@@ -203,26 +203,42 @@ void OutflowLoad::AddPower(const ShellMotion& m, const Vector6& working_twist,
                     0.5 * m.inertia.contained_rate_kg_s * (u1 * u1 + u2 * u2);
 }
 
-std::vector<MantleLoad> MakeMantleLoads(const Mantle& mantle, const Water& water,
-                                        const Effects& effects) {
-  const double rho = water.density_kg_m3;
-  std::vector<MantleLoad> loads;
-  if (effects.normal_pressure) loads.push_back(NormalPressureLoad{});
-  if (effects.jet_thrust) {
-    loads.push_back(JetLoad{rho, mantle.nozzle_radius_m, mantle.outlets, mantle.inlets,
-                            effects.jet_thrust->flux});
-  }
-  if (effects.drag) loads.push_back(AxialDragLoad{rho, mantle.drag_coefficient});
-  if (effects.lateral_drag) {
-    loads.push_back(LateralDragLoad{rho, effects.lateral_drag->coefficient});
-  }
-  if (effects.weight || effects.buoyancy) {
-    loads.push_back(WallGravityLoad{effects.gravity_m_s2, mantle.half_thickness_m,
-                                    effects.weight ? mantle.material.density_kg_m3 : 0.0,
-                                    effects.buoyancy ? rho : 0.0});
-  }
-  if (effects.contained_water) loads.push_back(OutflowLoad{});
-  return loads;
+std::optional<NormalPressureLoad> NormalPressureLoad::From(const Mantle&, const Water&,
+                                                           const Effects& effects) {
+  if (!effects.normal_pressure) return std::nullopt;
+  return NormalPressureLoad{};
+}
+
+std::optional<JetLoad> JetLoad::From(const Mantle& mantle, const Water& water,
+                                     const Effects& effects) {
+  if (!effects.jet_thrust) return std::nullopt;
+  return JetLoad{water.density_kg_m3, mantle.nozzle_radius_m, mantle.outlets, mantle.inlets,
+                 effects.jet_thrust->flux};
+}
+
+std::optional<AxialDragLoad> AxialDragLoad::From(const Mantle& mantle, const Water& water,
+                                                 const Effects& effects) {
+  if (!effects.drag) return std::nullopt;
+  return AxialDragLoad{water.density_kg_m3, mantle.drag_coefficient};
+}
+
+std::optional<LateralDragLoad> LateralDragLoad::From(const Mantle&, const Water& water,
+                                                     const Effects& effects) {
+  if (!effects.lateral_drag) return std::nullopt;
+  return LateralDragLoad{water.density_kg_m3, effects.lateral_drag->coefficient};
+}
+
+std::optional<WallGravityLoad> WallGravityLoad::From(const Mantle& mantle, const Water& water,
+                                                     const Effects& effects) {
+  if (!effects.weight && !effects.buoyancy) return std::nullopt;
+  return WallGravityLoad{effects.gravity_m_s2, mantle.half_thickness_m,
+                         effects.weight ? mantle.material.density_kg_m3 : 0.0,
+                         effects.buoyancy ? water.density_kg_m3 : 0.0};
+}
+
+std::optional<OutflowLoad> OutflowLoad::From(const Mantle&, const Water&, const Effects& effects) {
+  if (!effects.contained_water) return std::nullopt;
+  return OutflowLoad{};
 }
 
 }  // namespace mantle::model

@@ -52,6 +52,8 @@ inline constexpr int kShellLoadBorders = 2;
 struct NormalPressureLoad {
   int place{-1};
 
+  static std::optional<NormalPressureLoad> From(const Mantle& mantle, const Water& water,
+                                                const Effects& effects);
   static constexpr bool kField = false;
   void Scale(const Mismatch&) {}
   void Name(const std::string&, PowerNames* names) { place = names->Place("normal_pressure"); }
@@ -77,6 +79,8 @@ struct JetLoad {
     return flux == FluxReading::kVolume ? m.volume_rate_m3_s : m.radial_flux_m3_s;
   }
 
+  static std::optional<JetLoad> From(const Mantle& mantle, const Water& water,
+                                     const Effects& effects);
   static constexpr bool kField = false;
   static constexpr int kBorder = 0;
   /// The thrust goes with 1 / A_n.
@@ -95,6 +99,8 @@ struct AxialDragLoad {
   double Force(double max_radius_m, double speed_m_s) const;
   double ForceBySpeed(double max_radius_m, double speed_m_s) const;
 
+  static std::optional<AxialDragLoad> From(const Mantle& mantle, const Water& water,
+                                           const Effects& effects);
   static constexpr bool kField = false;
   static constexpr int kBorder = 1;
   void Scale(const Mismatch& m) { coefficient *= m.drag; }
@@ -112,6 +118,8 @@ struct LateralDragLoad {
 
   Vector6 Wrench(const std::vector<Vector3>& shape, const Vector6& root_twist) const;
 
+  static std::optional<LateralDragLoad> From(const Mantle& mantle, const Water& water,
+                                             const Effects& effects);
   static constexpr bool kField = false;
   void Scale(const Mismatch& m) { coefficient *= m.drag; }
   void Name(const std::string&, PowerNames* names) { place = names->Place("lateral_drag"); }
@@ -130,6 +138,8 @@ struct WallGravityLoad {
   /// Per area [N/m^2], root frame.
   Vector3 SurfaceForce(const Eigen::Quaterniond& root_rotation, double field_scale) const;
 
+  static std::optional<WallGravityLoad> From(const Mantle& mantle, const Water& water,
+                                             const Effects& effects);
   static constexpr bool kField = true;
   void Scale(const Mismatch&) {}
   void Name(const std::string&, PowerNames* names);
@@ -143,6 +153,8 @@ struct WallGravityLoad {
 struct OutflowLoad {
   int place{-1};
 
+  static std::optional<OutflowLoad> From(const Mantle& mantle, const Water& water,
+                                         const Effects& effects);
   static constexpr bool kField = false;
   void Scale(const Mismatch&) {}
   void Name(const std::string&, PowerNames* names) { place = names->Place("contained_water"); }
@@ -153,10 +165,6 @@ struct OutflowLoad {
 
 using MantleLoad = std::variant<NormalPressureLoad, JetLoad, AxialDragLoad, LateralDragLoad,
                                 WallGravityLoad, OutflowLoad>;
-
-/// What the effects of a scene do to its mantle.
-std::vector<MantleLoad> MakeMantleLoads(const Mantle& mantle, const Water& water,
-                                        const Effects& effects);
 
 /// The load of a kind in a list, or null.
 template <typename Load>

@@ -102,6 +102,7 @@ void DescribeAnnulus(Visitor& v, Mantle* m) {
 }
 
 void DescribePieces(Visitor& v, Mantle* m) {
+  m->theta0_rad = 0;
   v.Number(Required({"start_radius", "r at X = 0"}), Quantity::kLength, kNonNegative, &m->r0_m);
   v.Number({"start_angle", "angle at X = 0, 0 along e_r, -pi/2 along -e3"}, Quantity::kAngle,
            kAnyValue, &m->theta0_rad);

@@ -48,16 +48,16 @@ std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, in
   EvaluateInputs(plant, at.time_s, false, &inputs);
   PlantWork work(plant);
   if (const EvaluationFailure failure = EvaluateForces(plant, state, inputs, &work)) {
-    throw std::runtime_error("vibration modes: " + failure.Message());
+    throw BadRobot("vibration modes: " + failure.Message());
   }
   NewtonMatrix matrix(plant);
   const double shift = plant.root_free() ? kShift_rad_s : 0.0;
   if (!matrix.Factor(plant, state, inputs, work, shift, 0.0)) {
-    throw std::runtime_error("vibration modes: the stiffness matrix is singular");
+    throw BadRobot("vibration modes: the stiffness matrix is singular");
   }
   const int n = plant.velocity_size(), free = FreeCoordinates(plant);
   if (count > free) {
-    throw std::runtime_error(
+    throw BadRobot(
         fmt::format("vibration modes: count = {}, the mesh has {} free coordinates", count, free));
   }
   const int m = std::min(count + kGuardVectors, free);
@@ -87,7 +87,7 @@ std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, in
     Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
         0.5 * (reduced_a + reduced_a.transpose()), 0.5 * (reduced_m + reduced_m.transpose()));
     if (solver.info() != Eigen::Success) {
-      throw std::runtime_error("vibration modes: the projected problem failed");
+      throw BadRobot("vibration modes: the projected problem failed");
     }
     x = (x * solver.eigenvectors()).eval();
     const VectorX& values = solver.eigenvalues();
@@ -107,7 +107,7 @@ std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, in
       return modes;
     }
   }
-  throw std::runtime_error("vibration modes: the iteration did not converge");
+  throw BadRobot("vibration modes: the iteration did not converge");
 }
 
 }  // namespace mantle::model

@@ -16,7 +16,7 @@ struct Mode {
 };
 
 /// The `count` lowest modes, ascending; rigid modes of a free root come first, with frequency zero
-/// to round-off. Throws std::runtime_error if the mesh has fewer or the iteration does not
+/// to round-off. Throws BadRobot if the mesh has fewer or the iteration does not
 /// converge.
 std::vector<Mode> VibrationModes(const Plant& plant, const PlantState& state, int count);
 

@@ -36,47 +36,6 @@ double Extent(const Robot& robot) {
   return gyration > 0 ? 2.0 * gyration : 1.0;
 }
 
-CableInput InputOf(const CableDrive& drive, double rest_m, double t, bool from_left) {
-  CableInput in;
-  if (const auto* given = std::get_if<GivenTension>(&drive)) {
-    in.tension_n = std::max(Value(given->tension_n, t, from_left), 0.0);
-    return in;
-  }
-  const auto& reel = std::get<ReeledLength>(drive);
-  in.reeled = true;
-  in.reel_m = rest_m + Value(reel.length_change_m, t, from_left);
-  in.reel_rate_m_s = Rate(reel.length_change_m, t, from_left);
-  in.stiffness_n_m = reel.stiffness_n_m;
-  in.damping_n_s_m = reel.damping_n_s_m;
-  return in;
-}
-
-template <typename Visit>
-void ForEachSchedule(const Plant& plant, Visit visit) {
-  const auto drive = [&](const CableDrive& d) {
-    if (const auto* given = std::get_if<GivenTension>(&d)) {
-      visit(given->tension_n);
-    } else {
-      visit(std::get<ReeledLength>(d).length_change_m);
-    }
-  };
-  for (const Rod& rod : plant.rods) {
-    for (const auto& d : rod.distributed) visit(d.schedule);
-    for (const auto& p : rod.points) visit(p.load.schedule);
-    for (const auto& c : rod.cables) drive(c.drive);
-  }
-  if (plant.shell) {
-    for (const auto& s : plant.shell->strips) visit(s.pressure_pa);
-    for (const auto& s : plant.shell->spokes) drive(s.drive);
-  }
-  if (plant.robot.effects.normal_pressure) visit(plant.robot.effects.normal_pressure->pressure_pa);
-  if (const auto* root = std::get_if<PrescribedRoot>(&plant.robot.root)) {
-    for (const auto* s : {&root->x_m, &root->y_m, &root->z_m, &root->angle_rad}) {
-      if (*s) visit(**s);
-    }
-  }
-}
-
 }  // namespace
 
 Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
@@ -139,13 +98,19 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
           "clamp it");
     }
   }
+  for (const Rod& rod : rods) {
+    for (const RodCable& c : rod.cables) cable_rest_m.push_back(c.rest_length_m);
+  }
+  if (shell) {
+    for (const ShellSpokes& s : shell->spokes) cable_rest_m.push_back(s.rest_length_m);
+  }
   body_length_m = robot.body_length_m > 0 ? robot.body_length_m : Extent(robot);
   MakeLoads();
 }
 
 void Plant::MakeLoads() {
-  root_loads = MakeRootLoads(robot);
-  if (shell) mantle_loads = MakeMantleLoads(*robot.mantle, robot.water, robot.effects);
+  AddLoads(&root_loads, robot);
+  if (shell) AddLoads(&mantle_loads, *robot.mantle, robot.water, robot.effects);
   const auto scale = [&](auto* loads) {
     for (auto& load : *loads) std::visit([&](auto& l) { l.Scale(robot.mismatch); }, load);
   };
@@ -235,67 +200,10 @@ void Retract(const Plant& plant, const PlantState& from, const VectorX& theta, P
 }
 
 void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs* inputs) {
-  PlantInputs& in = *inputs;
-  in.cables.clear();
-  in.distributed.clear();
-  in.points.clear();
-  in.strips_pa.clear();
-  for (const Rod& rod : plant.rods) {
-    for (const auto& d : rod.distributed)
-      in.distributed.push_back(Value(d.schedule, t_s, from_left));
-    for (const auto& p : rod.points) in.points.push_back(Value(p.load.schedule, t_s, from_left));
-    for (const auto& c : rod.cables) {
-      in.cables.push_back(InputOf(c.drive, c.rest_length_m, t_s, from_left));
-    }
-  }
-  if (plant.shell) {
-    for (const auto& s : plant.shell->strips) {
-      in.strips_pa.push_back(Value(s.pressure_pa, t_s, from_left));
-    }
-    for (const auto& s : plant.shell->spokes) {
-      in.cables.push_back(InputOf(s.drive, s.rest_length_m, t_s, from_left));
-    }
-  }
-  if (plant.robot.effects.normal_pressure) {
-    in.normal_pressure_pa = Value(plant.robot.effects.normal_pressure->pressure_pa, t_s, from_left);
-  }
-  const Vector3 drift = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
-  if (const auto* root = std::get_if<PrescribedRoot>(&plant.robot.root)) {
-    Vector3 p = Vector3::Zero(), rate = Vector3::Zero(), second = Vector3::Zero();
-    int axis = 0;
-    for (const auto* s : {&root->x_m, &root->y_m, &root->z_m}) {
-      if (*s) {
-        p(axis) = Value(**s, t_s, from_left);
-        rate(axis) = Rate(**s, t_s, from_left);
-        second(axis) = SecondRate(**s, t_s, from_left);
-      }
-      ++axis;
-    }
-    double angle = 0, angle_rate = 0, angle_second = 0;
-    if (root->angle_rad) {
-      angle = Value(*root->angle_rad, t_s, from_left);
-      angle_rate = Rate(*root->angle_rad, t_s, from_left);
-      angle_second = SecondRate(*root->angle_rad, t_s, from_left);
-    }
-    in.root_pose.rotation = ExpSO3(angle * root->rotation_axis) * plant.robot.root_pose.rotation;
-    in.root_pose.position = plant.robot.root_pose.position + p - drift * t_s;
-    const Eigen::Quaterniond back = in.root_pose.rotation.conjugate();
-    const Vector3 w = back * (angle_rate * root->rotation_axis);
-    const Vector3 v = back * (rate - drift);
-    in.root_twist << w, v;
-    in.root_acceleration << back * (angle_second * root->rotation_axis), back * second - w.cross(v);
-  } else if (std::holds_alternative<ClampedRoot>(plant.robot.root)) {
-    in.root_pose = plant.robot.root_pose;
-    in.root_pose.position -= drift * t_s;
-    in.root_twist << Vector3::Zero(), in.root_pose.rotation.conjugate() * (-drift);
-  }
+  EvaluateInputs(plant.robot, plant.cable_rest_m, t_s, from_left, inputs);
 }
 
-double NextBreakpoint(const Plant& plant, double t_s) {
-  double next = std::numeric_limits<double>::infinity();
-  ForEachSchedule(plant, [&](const Schedule& s) { next = std::min(next, NextBreakpoint(s, t_s)); });
-  return next;
-}
+double NextBreakpoint(const Plant& plant, double t_s) { return NextBreakpoint(plant.robot, t_s); }
 
 void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state) {
   if (!plant.root_free()) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "model/inputs.h"
 #include "model/mantle_inertia.h"
 #include "model/mantle_loads.h"
 #include "model/rod.h"
@@ -27,7 +28,6 @@
 
 namespace mantle::model {
 
-using VectorX = Eigen::VectorXd;
 
 class Plant {
  public:
@@ -47,6 +47,7 @@ class Plant {
   PowerNames power_names;    ///< of every load, cable and constraint; what is not named is not here
   int constraint_place{-1};  ///< of a root that is not free
   double body_length_m{0};
+  std::vector<double> cable_rest_m;  ///< lengths at rest, as the inputs' cables
 
   bool exact() const { return robot.coupling == Coupling::kExact; }
   bool root_free() const { return std::holds_alternative<FreeRoot>(robot.root); }
@@ -85,30 +86,6 @@ PlantState InitialState(const Plant& plant);
 /// to = from moved by the increment theta (laid out as v): g exp(theta^), shape + theta. Node 0 of
 /// each arm follows the root. `to` must have been sized like `from`.
 void Retract(const Plant& plant, const PlantState& from, const VectorX& theta, PlantState* to);
-
-/// What drives the cables: a tension, or a reel.
-struct CableInput {
-  bool reeled{false};
-  double tension_n{0};
-  double reel_m{0}, reel_rate_m_s{0};  ///< absolute reel length (rest length + change) and rate
-  double stiffness_n_m{0}, damping_n_s_m{0};
-};
-
-/// Tension [N] of a cable of this length and rate; a reeled cable goes slack instead of pushing.
-double CableTension(const CableInput& input, double length_m, double rate_m_s);
-
-/// Every schedule's value at one instant; also what a controller or drives write.
-struct PlantInputs {
-  std::vector<CableInput> cables;
-  std::vector<double> distributed;  ///< arms in order, loads in order
-  std::vector<double> points;
-  std::vector<double> strips_pa;
-  double normal_pressure_pa{0};
-  double gravity_scale{1};  ///< load stepping in statics: of every load of a field
-  Pose root_pose;           ///< prescribed root only
-  Vector6 root_twist{Vector6::Zero()};
-  Vector6 root_acceleration{Vector6::Zero()};
-};
 
 /// Values of all schedules at time t; `from_left` as in Value().
 void EvaluateInputs(const Plant& plant, double t_s, bool from_left, PlantInputs* inputs);

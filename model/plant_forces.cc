@@ -229,12 +229,6 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
 
 }  // namespace
 
-double CableTension(const CableInput& in, double length_m, double rate_m_s) {
-  if (!in.reeled) return in.tension_n;
-  return std::max(0.0, in.stiffness_n_m * (length_m - in.reel_m) +
-                           in.damping_n_s_m * (rate_m_s - in.reel_rate_m_s));
-}
-
 EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
                                  const PlantInputs& inputs, PlantWork* work) {
   work->force.setZero();

@@ -130,7 +130,7 @@ void CheckRobot(Visitor& v, const Robot& robot) {
 
 // All of [materials] is read for its errors alone: an unused one may not be wrong either.
 void CheckMaterials(Visitor& v) {
-  v.NamedTables(Optional({.name = "materials", .meaning = "by name", .type = "material"}),
+  v.NamedTables(Optional({.name = "materials", .meaning = "that bodies name", .type = "material"}),
                 [](Visitor& t) {
                   Material material;
                   Describe(t, material);
@@ -190,6 +190,15 @@ void Describe(Visitor& v, Water& water) {
            &water.density_kg_m3);
 }
 
+void Describe(Visitor& v, Mismatch& m) {
+  constexpr schema::Range kFactor{0.01, 100};
+  v.Number({"young"}, Quantity::kNumber, kFactor, &m.young);
+  v.Number({"viscosity"}, Quantity::kNumber, kFactor, &m.viscosity);
+  v.Number({"drag"}, Quantity::kNumber, kFactor, &m.drag);
+  v.Number({"added_mass"}, Quantity::kNumber, kFactor, &m.added_mass);
+  v.Number({"jet", "thrust"}, Quantity::kNumber, kFactor, &m.jet);
+}
+
 void DescribeRoot(Visitor& v, Robot& robot) {
   const schema::Key key = {"root", "how the root moves; a table prescribes its motion"};
   v.Either(
@@ -232,16 +241,17 @@ void DescribeRoot(Visitor& v, Robot& robot) {
 }
 
 void Describe(Visitor& v, Robot& robot) {
-  v.Object({"water", "[water]"}, &robot.water);
+  v.Object({"water", "around the bodies"}, &robot.water);
   CheckMaterials(v);
-  v.Table({"robot", "[robot]"}, [&](Visitor& t) { DescribeRoot(t, robot); });
-  v.Tables(Optional({.name = "arms", .meaning = "[[arms]]", .also = "one body at least"}),
+  v.Table({"robot", "the root that carries the bodies"},
+          [&](Visitor& t) { DescribeRoot(t, robot); });
+  v.Tables(Optional({.name = "arms", .meaning = "Cosserat rods", .also = "one body at least"}),
            [&](Visitor& t, int index) { DescribeArm(t, index, robot.arms.emplace_back()); });
   Mantle mantle;
-  if (v.Object(Optional({"mantle", "[mantle]"}), &mantle)) robot.mantle = mantle;
+  if (v.Object(Optional({"mantle", "an axisymmetric shell"}), &mantle)) robot.mantle = mantle;
   RigidBody body;
-  if (v.Object(Optional({"rigid_body", "[rigid_body]"}), &body)) robot.rigid_body = body;
-  v.Object({"effects", "[effects]"}, &robot.effects);
+  if (v.Object(Optional({"rigid_body", "fixed to the root"}), &body)) robot.rigid_body = body;
+  v.Object({"effects", "what acts on the bodies"}, &robot.effects);
   CheckRobot(v, robot);
 }
 

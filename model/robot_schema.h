@@ -34,6 +34,8 @@ void DescribeArm(schema::Visitor& v, int index, Arm& arm);
 void Describe(schema::Visitor& v, Mantle& mantle);
 void Describe(schema::Visitor& v, RigidBody& body);
 void Describe(schema::Visitor& v, Effects& effects);
+/// Table [mismatch]; not part of Describe(Robot).
+void Describe(schema::Visitor& v, Mismatch& mismatch);
 /// Table [robot]: motion and place of the root.
 void DescribeRoot(schema::Visitor& v, Robot& robot);
 

@@ -236,7 +236,7 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
     node.section.area_m2 /= node.weight_m;
     node.section.radius_m /= node.weight_m;
   }
-  rod.loads = MakeSectionLoads(arm, water, effects);
+  AddLoads(&rod.loads, arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {
     rod.distributed.push_back(
         {d.name, DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame}, d.schedule});

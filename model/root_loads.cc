@@ -74,24 +74,26 @@ void RigidDragLoad::AddPower(const SectionMotion& root, const Vector6& working_t
   power_w[place] += scale * Wrench(root).dot(working_twist);
 }
 
-std::vector<RootLoad> MakeRootLoads(const Robot& robot) {
+std::optional<RigidGravityLoad> RigidGravityLoad::From(const Robot& robot) {
   const Effects& effects = robot.effects;
-  const double rho = robot.water.density_kg_m3;
-  std::vector<RootLoad> loads;
-  if (robot.rigid_body && (effects.weight || effects.buoyancy)) {
-    const RigidBody& body = *robot.rigid_body;
-    loads.push_back(RigidGravityLoad{effects.gravity_m_s2, effects.weight ? RigidMass(body) : 0.0,
-                                     effects.buoyancy ? rho * RigidVolume(body) : 0.0,
-                                     RigidCentre(body)});
-  }
-  if (effects.roll_drag) loads.push_back(RollDragLoad{effects.roll_drag->coefficient_n_m_s2});
-  if (effects.rigid_drag && robot.rigid_body) {
-    const RigidDrag& drag = *effects.rigid_drag;
-    const RigidDragGeometry g = DragGeometry(*robot.rigid_body, drag);
-    loads.push_back(RigidDragLoad{rho, drag.lateral_coefficient, drag.axial_coefficient,
-                                  g.lateral_area_m2, g.axial_area_m2, g.height_m});
-  }
-  return loads;
+  if (!robot.rigid_body || (!effects.weight && !effects.buoyancy)) return std::nullopt;
+  const RigidBody& body = *robot.rigid_body;
+  return RigidGravityLoad{effects.gravity_m_s2, effects.weight ? RigidMass(body) : 0.0,
+                          effects.buoyancy ? robot.water.density_kg_m3 * RigidVolume(body) : 0.0,
+                          RigidCentre(body)};
+}
+
+std::optional<RollDragLoad> RollDragLoad::From(const Robot& robot) {
+  if (!robot.effects.roll_drag) return std::nullopt;
+  return RollDragLoad{robot.effects.roll_drag->coefficient_n_m_s2};
+}
+
+std::optional<RigidDragLoad> RigidDragLoad::From(const Robot& robot) {
+  if (!robot.effects.rigid_drag || !robot.rigid_body) return std::nullopt;
+  const RigidDrag& drag = *robot.effects.rigid_drag;
+  const RigidDragGeometry g = DragGeometry(*robot.rigid_body, drag);
+  return RigidDragLoad{robot.water.density_kg_m3, drag.lateral_coefficient, drag.axial_coefficient,
+                       g.lateral_area_m2,         g.axial_area_m2,          g.height_m};
 }
 
 void AddRootWrenches(const std::vector<RootLoad>& loads, const SectionMotion& root,

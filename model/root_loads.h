@@ -9,12 +9,6 @@
 
 namespace mantle::model {
 
-/// Derivatives of a wrench in the root's body increment (rotation part only) and in its twist.
-struct RootTangent {
-  Eigen::Matrix<double, 6, 3> by_rotation{Eigen::Matrix<double, 6, 3>::Zero()};
-  Matrix6 by_twist{Matrix6::Zero()};
-};
-
 /// Weight and buoyancy of the rigid body, (m - rho_w V) R^T G at its centre.
 struct RigidGravityLoad {
   Vector3 gravity_m_s2;
@@ -22,6 +16,7 @@ struct RigidGravityLoad {
   Vector3 centre_m;
   int weight_place{-1}, buoyancy_place{-1};
 
+  static std::optional<RigidGravityLoad> From(const Robot& robot);
   static constexpr bool kField = true;
   void Scale(const Mismatch&) {}
   void Name(PowerNames* names);
@@ -36,6 +31,7 @@ struct RollDragLoad {
   double coefficient_n_m_s2;
   int place{-1};
 
+  static std::optional<RollDragLoad> From(const Robot& robot);
   static constexpr bool kField = false;
   void Scale(const Mismatch& m) { coefficient_n_m_s2 *= m.drag; }
   void Name(PowerNames* names) { place = names->Place("roll_drag"); }
@@ -53,6 +49,7 @@ struct RigidDragLoad {
   double lateral_area_m2, axial_area_m2, height_m;
   int place{-1};
 
+  static std::optional<RigidDragLoad> From(const Robot& robot);
   static constexpr bool kField = false;
   void Scale(const Mismatch& m) {
     lateral_coefficient *= m.drag;
@@ -66,9 +63,6 @@ struct RigidDragLoad {
 };
 
 using RootLoad = std::variant<RigidGravityLoad, RollDragLoad, RigidDragLoad>;
-
-/// What the effects of a scene do to the root and its rigid body.
-std::vector<RootLoad> MakeRootLoads(const Robot& robot);
 
 /// Adds `sign` times each wrench in turn; loads of a field times `field_scale`.
 void AddRootWrenches(const std::vector<RootLoad>& loads, const SectionMotion& root,

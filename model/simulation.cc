@@ -19,7 +19,22 @@ constexpr double kRecovery = 2.0;  // growth of a reduced step per success
 // round-off of the stresses.
 constexpr double kNegligiblePower = 1e-6;
 
-// Velocity of the first bending mode of a clamped arm, scaled to the asked tip speed.
+[[noreturn]] void RefuseTipSpeed(const Arm& arm, const std::string& why) {
+  throw BadRobot(fmt::format("arms.{}.initial_mode1_tip_speed = {} m/s: {}", arm.name,
+                             arm.initial_mode1_tip_speed_m_s, why));
+}
+
+// The two lowest modes of an arm that is clamped alone.
+std::vector<Mode> BendingModes(const Plant& rod) {
+  try {
+    return VibrationModes(rod, InitialState(rod), 2);
+  } catch (const BadRobot& error) {
+    RefuseTipSpeed(rod.robot.arms[0],
+                   std::string("the arm's first bending mode is not found: ") + error.what());
+  }
+}
+
+// Velocity of the first bending mode of a clamped arm, scaled to the tip speed of its key.
 void AddModeVelocity(const Plant& plant, PlantState* state) {
   for (std::size_t a = 0; a < plant.robot.arms.size(); ++a) {
     const double speed = plant.robot.arms[a].initial_mode1_tip_speed_m_s;
@@ -33,7 +48,7 @@ void AddModeVelocity(const Plant& plant, PlantState* state) {
     alone.arms[0].mount = Pose::Identity();
     const Plant rod(alone);
     // The two bending modes of a round section coincide: take their combination along base y.
-    const std::vector<Mode> modes = VibrationModes(rod, InitialState(rod), 2);
+    const std::vector<Mode> modes = BendingModes(rod);
     const int n = rod.rods[0].element_count();
     const Eigen::Quaterniond tip = rod.rods[0].reference[n].rotation;
     const int at = rod.ArmVelocity(0, n);
@@ -43,6 +58,7 @@ void AddModeVelocity(const Plant& plant, PlantState* state) {
     }
     Eigen::Vector2d c = tips.fullPivLu().solve(Eigen::Vector2d(speed, 0.0));
     if (!c.allFinite()) c = Eigen::Vector2d(speed / tips(0, 0), 0.0);
+    if (!c.allFinite()) RefuseTipSpeed(plant.robot.arms[a], "the mode does not move the tip");
     const int arm = static_cast<int>(a);
     for (int i = 1; i <= n; ++i) {
       for (int k = 0; k < 2; ++k) {

@@ -2,7 +2,9 @@
 
 #include <vector>
 
-#include "model/plant.h"
+#include "model/inputs.h"
+#include "model/loads.h"
+#include "model/rod.h"
 #include "reduced/strain_basis.h"
 
 /// An arm reduced to strain coordinates: a chain of intervals of exponential kinematics between
@@ -45,11 +47,14 @@ struct CablePoint {
 struct ReducedCable {
   std::vector<CablePoint> points;
   double length_offset_m{0};  ///< plant's rest length minus this quadrature's
+  /// Integrals over the cable of its offset (base frame of the arm) and of the offset's norm [m^2].
+  Vector3 offset_integral_m2{Vector3::Zero()};
+  double distance_integral_m2{0};
 };
 
 struct ReducedPoint {
   int interval;  ///< whose end carries it; -1: the base
-  const model::PointWrench* load;
+  model::PointWrench load;
 };
 
 struct ReducedArm {
@@ -71,8 +76,5 @@ struct ReducedArm {
 
   int size() const { return basis.size(); }
 };
-
-/// Throws model::BadRobot. `arm_index` names the arm in the plant, which must outlive the result.
-ReducedArm MakeReducedArm(const model::Plant& plant, int arm_index, const ArmReduction& reduction);
 
 }  // namespace mantle::reduced

@@ -101,8 +101,8 @@ void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode&
 
 void AddPoint(const ArmMotion& m, const ReducedPoint& point, double amplitude, const Matrix3& r,
               const Vector3& p, Composite* out) {
-  if (amplitude == 0.0 || point.load->frame == model::LoadFrame::kBody) return;
-  const Vector6 w = WrenchInSection(amplitude * point.load->wrench, point.load->frame,
+  if (amplitude == 0.0 || point.load.frame == model::LoadFrame::kBody) return;
+  const Vector6 w = WrenchInSection(amplitude * point.load.wrench, point.load.frame,
                                     m.root_rotation * Eigen::Quaterniond(r));
   AddRotationForm(model::Hat(w.head<3>()), model::Hat(w.tail<3>()), r, p, -1.0, &out->rotation);
 }

@@ -113,7 +113,7 @@ Vector6 SectionWrench(const ReducedArm& arm, const ArmMotion& m, const model::Ro
 
 Vector6 PointWrenchAt(const ArmMotion& m, const ReducedPoint& p, double amplitude,
                       const Matrix3& rotation) {
-  return WrenchInSection(amplitude * p.load->wrench, p.load->frame,
+  return WrenchInSection(amplitude * p.load.wrench, p.load.frame,
                          m.root_rotation * Eigen::Quaterniond(rotation));
 }
 

@@ -224,7 +224,7 @@ void AddPointColumn(const ReducedArm& arm, const ArmMotion& m, const ArmWork& wo
   const Matrix3 r =
       base ? Matrix3(arm.mount.rotation.toRotationMatrix()) : work.at[load.interval].rotation;
   const Vector3 p = base ? arm.mount.position : work.at[load.interval].position;
-  const Vector6 w = WrenchInSection(-gain * load.load->wrench, load.load->frame,
+  const Vector6 w = WrenchInSection(-gain * load.load.wrench, load.load.frame,
                                     m.root_rotation * Eigen::Quaterniond(r));
   Vector6 sum;
   sum.tail<3>() = r * w.tail<3>();

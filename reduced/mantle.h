@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "model/mantle_loads.h"
 #include "reduced/arm_dynamics.h"
-#include "reduced/mantle_basis.h"
 #include "reduced/polynomial.h"
 
 /// The mantle and its water in the coordinates s of MantleShapes, clamped to the root: projections
@@ -16,6 +16,18 @@
 /// where contained water pushes the shape through its centroid only ([physics.md] 4).
 
 namespace mantle::reduced {
+
+/// More coordinates than that belong in the plant.
+inline constexpr int kMaxMantleCoordinates = 8;
+
+
+/// Shapes of the profile (reduced/build/mantle_basis.h).
+struct MantleShapes {
+  Eigen::MatrixXd shapes;                   ///< 3 nodes x k: (r, z, theta) per node
+  std::vector<Eigen::VectorXd> equilibria;  ///< s along the static path, for training
+  Eigen::VectorXd scale;                    ///< size of each coordinate on that path
+  std::vector<double> mode_frequencies_rad_s;
+};
 
 struct CubatureElement {
   model::ShellElement element;  ///< its area scaled by the cubature's weight
@@ -65,9 +77,6 @@ struct ReducedMantle {
   double area_m2{0};                     ///< of the reference surface
   double water_density_kg_m3{0}, solid_volume_m3{0};
 };
-
-/// Throws model::BadRobot.
-ReducedMantle MakeReducedMantle(const model::Plant& plant, const MantleReduction& reduction);
 
 struct MantleMotion {
   const double *s, *s_dot, *s_ddot;

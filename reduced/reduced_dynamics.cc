@@ -24,7 +24,7 @@ ArmMotion MotionOf(const ReducedModel& model, int a, const ReducedState& state,
           acceleration.head<6>(),
           state.root.rotation,
           inputs.gravity_scale,
-          inputs.cables.data() + model.plant.ArmCableIndex(a, 0),
+          inputs.cables.data() + model.ArmCableIndex(a, 0),
           inputs.distributed.data() + distributed,
           inputs.points.data() + points};
 }
@@ -39,7 +39,7 @@ MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
           acceleration.head<6>(),
           state.root.rotation,
           inputs.gravity_scale,
-          inputs.cables.data() + model.plant.SpokeIndex(0),
+          inputs.cables.data() + model.SpokeIndex(0),
           inputs.strips_pa.data(),
           inputs.normal_pressure_pa};
 }
@@ -47,24 +47,22 @@ MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
 // Rigid body and what acts on the root alone.
 Vector6 RootResidual(const ReducedModel& model, const ReducedState& state,
                      const VectorX& acceleration, const PlantInputs& inputs) {
-  const model::Plant& plant = model.plant;
   const Vector6 eta = state.v.head<6>();
   Vector6 r =
-      plant.rigid_inertia * acceleration.head<6>() - CoadjointTimes(eta, plant.rigid_inertia * eta);
-  AddRootWrenches(plant.root_loads, {state.root.rotation, eta}, inputs.gravity_scale, -1.0, &r);
+      model.rigid_inertia * acceleration.head<6>() - CoadjointTimes(eta, model.rigid_inertia * eta);
+  AddRootWrenches(model.root_loads, {state.root.rotation, eta}, inputs.gravity_scale, -1.0, &r);
   return r;
 }
 
 void LineariseRoot(const ReducedModel& model, const ReducedState& state, const PlantInputs& inputs,
                    ReducedJacobians* out) {
-  const model::Plant& plant = model.plant;
   const Vector6 eta = state.v.head<6>();
-  out->mass.topLeftCorner<6, 6>() += plant.rigid_inertia;
+  out->mass.topLeftCorner<6, 6>() += model.rigid_inertia;
   auto damping = out->damping.topLeftCorner<6, 6>();
-  damping -= model::CoadjointMatrix(plant.rigid_inertia * eta);
-  damping -= model::SmallAdjoint(eta).transpose() * plant.rigid_inertia;
+  damping -= model::CoadjointMatrix(model.rigid_inertia * eta);
+  damping -= model::SmallAdjoint(eta).transpose() * model.rigid_inertia;
   const model::RootTangent loads =
-      RootLoadTangent(plant.root_loads, {state.root.rotation, eta}, inputs.gravity_scale);
+      RootLoadTangent(model.root_loads, {state.root.rotation, eta}, inputs.gravity_scale);
   out->stiffness.topLeftCorner<6, 3>() -= loads.by_rotation;
   damping -= loads.by_twist;
 }
@@ -79,7 +77,7 @@ void AddCableColumn(const ReducedModel& model, const ReducedState& state,
   };
   for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
     const int count = static_cast<int>(model.arms[a].cables.size());
-    const int c = cable - model.plant.ArmCableIndex(a, 0);
+    const int c = cable - model.ArmCableIndex(a, 0);
     if (c < 0 || c >= count) continue;
     if (!in.reeled && in.tension_n == 0.0) {
       const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
@@ -89,7 +87,7 @@ void AddCableColumn(const ReducedModel& model, const ReducedState& state,
         gain * by_input(work->arms[a].cable_tension_n[c]) * work->arms[a].cable_gradient[c];
     return;
   }
-  const int k = cable - model.plant.SpokeIndex(0);
+  const int k = cable - model.SpokeIndex(0);
   column.segment(6 + model.mantle_first(), model.mantle->size) +=
       gain * by_input(work->mantle[0].cable_tension_n[k]) * model.mantle->spokes[k].gradient;
 }
@@ -139,7 +137,7 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
   for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
     const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
     if (!EvaluateArm(model.arms[a], m, &work->arms[a])) {
-      return {model.plant.rods[a].name.c_str(), "a force or a pose is not finite"};
+      return {model.robot.arms[a].name.c_str(), "a force or a pose is not finite"};
     }
     work->residual.head<6>() += work->arms[a].base_wrench;
     work->residual.segment(6 + model.arm_first(a), model.arms[a].size()) = work->arms[a].residual;
@@ -147,13 +145,13 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
   if (model.mantle) {
     const MantleMotion m = MotionOf(model, state, acceleration, inputs);
     if (const char* cause = EvaluateMantle(*model.mantle, m, &work->mantle[0])) {
-      return {model.plant.shell->name.c_str(), cause};
+      return {model.robot.mantle->name.c_str(), cause};
     }
     work->residual.head<6>() += work->mantle[0].root_wrench;
     work->residual.tail(model.mantle->size) = work->mantle[0].residual;
   }
   if (!work->residual.allFinite()) {
-    return {model.plant.robot.name.c_str(), "a force on the root is not finite"};
+    return {model.robot.name.c_str(), "a force on the root is not finite"};
   }
   return {};
 }
@@ -184,12 +182,12 @@ ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& 
                                  const PlantInputs& inputs, ReducedWork* work,
                                  ReducedJacobians* jacobians, VectorX* acceleration) {
   acceleration->setZero(model.velocity_count());
-  if (!model.plant.root_free()) acceleration->head<6>() = inputs.root_acceleration;
+  if (!model.root_free()) acceleration->head<6>() = inputs.root_acceleration;
   if (const ReducedFailure failure = EvaluateResidual(model, state, *acceleration, inputs, work)) {
     return failure;
   }
   Linearise(model, state, *acceleration, inputs, false, work, jacobians);
-  const int skip = model.plant.root_free() ? 0 : 6;
+  const int skip = model.root_free() ? 0 : 6;
   const int n = model.velocity_count() - skip;
   acceleration->tail(n) -=
       jacobians->mass.bottomRightCorner(n, n).ldlt().solve(work->residual.tail(n));

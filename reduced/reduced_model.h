@@ -25,32 +25,48 @@ struct ReducedState {
   VectorX q, v;
 };
 
+/// Constants of its own, made from a robot by ReducedPlant (reduced/build/reduced_plant.h); what runs
+/// it needs no more than this.
 class ReducedModel {
  public:
-  /// Throws model::BadRobot: frozen coupling, a basis that cannot be, an actuator without a target.
-  ReducedModel(const model::Robot& robot, const Reduction& reduction);
   ReducedModel(const ReducedModel&) = delete;
   ReducedModel& operator=(const ReducedModel&) = delete;
 
-  const model::Plant plant;  ///< the full model whose functions are projected
+  model::Robot robot;                ///< as the plant's
+  std::vector<double> cable_rest_m;  ///< as the inputs' cables
   std::vector<ReducedArm> arms;
   std::unique_ptr<const ReducedMantle> mantle;
   std::vector<Actuator> actuators;
+  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< of the rigid body, about the root's origin
+  std::vector<model::RootLoad> root_loads;
+  double body_length_m{0};  ///< errors are relative to it
+  ReducedState start;       ///< see InitialState
 
+  bool root_free() const { return std::holds_alternative<model::FreeRoot>(robot.root); }
   int coordinate_count() const { return coordinates_; }
   int velocity_count() const { return 6 + coordinates_; }
   /// First coordinate of an arm or of the mantle; its velocity is 6 further on.
   int arm_first(int a) const { return arm_first_[a]; }
   int mantle_first() const { return mantle_first_; }
   int input_count() const { return static_cast<int>(actuators.size()); }
+  /// Place of a cable or of a set of spokes among the inputs' cables.
+  int ArmCableIndex(int arm, int cable) const { return cable_first_[arm] + cable; }
+  int SpokeIndex(int k) const { return spoke_first_ + k; }
 
- private:
-  std::vector<int> arm_first_;
-  int mantle_first_{0}, coordinates_{0};
+ protected:
+  ReducedModel() = default;
+  ~ReducedModel() = default;
+
+  std::vector<int> arm_first_, cable_first_;
+  int mantle_first_{0}, coordinates_{0}, spoke_first_{0};
 };
 
 /// Reference shape, at rest relative to the root, at the robot's initial pose and root twist.
 ReducedState InitialState(const ReducedModel& model);
+
+/// Values of all schedules at time t; `from_left` as in model::Value().
+void EvaluateInputs(const ReducedModel& model, double t_s, bool from_left,
+                    model::PlantInputs* inputs);
 
 /// Empty, or how the state's sizes differ from the model's ("q has 3 entries, must be 19").
 std::string SizeComplaint(const ReducedModel& model, const ReducedState& state);

@@ -59,10 +59,10 @@ StepWork::StepWork(const ReducedModel& model)
   norms_.setZero(kUpdates);
   root_rows_.setZero(6, columns);
   scale_.setOnes(n);
-  scale_.segment<3>(3) /= model.plant.body_length_m;
+  scale_.segment<3>(3) /= model.body_length_m;
   for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
     scale_.segment(6 + model.arm_first(a), model.arms[a].size())
-        .setConstant(model.plant.robot.arms[a].length_m);
+        .setConstant(model.robot.arms[a].length_m);
   }
   if (model.mantle) {
     scale_.segment(6 + model.mantle_first(), model.mantle->size) =
@@ -111,7 +111,7 @@ void StepSolver::Finish(ReducedState* to) const {
 
 bool StepSolver::Fail(StepOutcome* outcome, const char* cause) const {
   outcome->ok = false;
-  outcome->body = model_.plant.robot.name.c_str();
+  outcome->body = model_.robot.name.c_str();
   outcome->cause = cause;
   return false;
 }
@@ -207,13 +207,13 @@ StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, do
   StepOutcome outcome;
   if (from.q.size() != model.coordinate_count() || from.v.size() != model.velocity_count()) {
     outcome.ok = false;
-    outcome.body = model.plant.robot.name.c_str();
+    outcome.body = model.robot.name.c_str();
     outcome.cause = "the state has the wrong size for this model";
     return outcome;
   }
   if (!(h > 0.0) || !std::isfinite(h)) {
     outcome.ok = false;
-    outcome.body = model.plant.robot.name.c_str();
+    outcome.body = model.robot.name.c_str();
     outcome.cause = "the step must be positive";
     return outcome;
   }

@@ -29,7 +29,7 @@ class StepSolver {
         inputs_{&first, &last},
         work_(*work),
         n_(model.velocity_count()),
-        free_(model.plant.root_free()) {}
+        free_(model.root_free()) {}
 
   bool Solve(bool derivatives, const StepStages* guess, StepOutcome* outcome);
   void Remember(StepStages* stages) const;

@@ -66,9 +66,10 @@ mantle=$work/prefix/bin/mantle
 "$mantle" run "$scenes/reach.toml" --set time.duration=0.2 --out "$work/out" >/dev/null
 "$mantle" log "$work/out/telemetry.lcmlog" | grep -q MANTLE_PLAN
 zcat "$work/prefix/share/man/man1/mantle-run.1.gz" | grep -q -- 'checkpoint'
+grep -q '"title": "Mantle scene"' "$work/prefix/share/mantle/scene.schema.json"
 [ -f "$work/prefix/share/bash-completion/completions/mantle" ]
-mv "$work/prefix/lib/mantle/mantle_ipopt.so" "$work/gone"
+mv "$work/prefix/lib/mantle/modules/mantle_ipopt.so" "$work/gone"
 status=0
 "$mantle" run "$scenes/reach.toml" --set time.duration=0.2 --out "$work/out2" >/dev/null 2>"$work/err.txt" || status=$?
-[ "$status" = 1 ] && grep -q "$work/prefix/lib/mantle/mantle_ipopt.so: is missing" "$work/err.txt" ||
+[ "$status" = 1 ] && grep -q "$work/prefix/lib/mantle/modules/mantle_ipopt.so: is missing" "$work/err.txt" ||
   { echo "without its solver: exit status $status"; cat "$work/err.txt"; exit 1; }

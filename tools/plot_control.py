@@ -81,7 +81,7 @@ def draw_error(axes, data, summary):
 def draw_tensions(axes, data, motors, title):
     for i, motor in enumerate(motors):
         colour = COLOURS[i % len(COLOURS)]
-        axes.plot(data["time_s"], data[f"pulled_{motor}_n"], color=colour, linewidth=0.7, alpha=0.45)
+        axes.plot(data["time_s"], data[f"actual_{motor}_n"], color=colour, linewidth=0.7, alpha=0.45)
         axes.plot(data["time_s"], data[f"command_{motor}_n"], color=colour, linewidth=1.1, label=motor)
     axes.set_title(title)
     axes.set_ylabel("tension [N]")
@@ -113,15 +113,15 @@ def split_motors(data, motors, summary):
 
 
 def draw(folder, data, summary):
-    """The figure of a run whose trajectory says what was asked of the motors."""
+    """The figure of a run whose trajectory says which tensions were commanded."""
     motors = [t[len("command_"):-len("_n")] for t in data if t.startswith("command_")]
     plans = read_table(folder, "solver.csv")
     squeezing, pulling = split_motors(data, motors, summary)
     panels = [lambda a: draw_error(a, data, summary)]
     if squeezing:
-        panels.append(lambda a: draw_tensions(a, data, squeezing, "Mantle (bold: asked, thin: pulled)"))
+        panels.append(lambda a: draw_tensions(a, data, squeezing, "Mantle (bold: commanded, thin: actual)"))
     if pulling:
-        panels.append(lambda a: draw_tensions(a, data, pulling, "Arms (bold: asked, thin: pulled)"))
+        panels.append(lambda a: draw_tensions(a, data, pulling, "Arms (bold: commanded, thin: actual)"))
     if plans is not None:
         panels.append(lambda a: draw_solver(a, plans))
     figure = plt.figure(figsize=(14, max(6.5, 2.2 * len(panels))), layout="constrained")

@@ -5,12 +5,6 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
-/// The seam between drives, master and whatever carries their frames. One Bus object is one
-/// station's access to a bus: what it sends, the others receive; it does not receive its own
-/// frames. Implementations: LoopBus (in process, deterministic), SocketCanBus, UdpMulticastBus, and
-/// decorators (FaultInjectingBus, recorder). No member throws or allocates after construction;
-/// everything that can go wrong on a wire is a returned status or a counter.
-
 namespace mantle::firmware_sim {
 
 enum class BusStatus : std::uint8_t {
@@ -20,6 +14,7 @@ enum class BusStatus : std::uint8_t {
   kGone,  ///< interface deleted; the transport reopens it when it reappears
 };
 
+/// Frames since a station was opened.
 struct BusCounters {
   std::uint64_t sent{0};
   std::uint64_t received{0};
@@ -30,6 +25,11 @@ struct BusCounters {
   std::uint64_t recoveries{0};  ///< link or interface came back
 };
 
+/// The seam between drives, master and whatever carries their frames. One Bus object is one
+/// station's access to a bus: what it sends, the others receive; it does not receive its own
+/// frames. Implementations: LoopBus (in process, deterministic), SocketCanBus, UdpMulticastBus, and
+/// decorators (FaultInjectingBus, recorder). No member throws or allocates after construction;
+/// everything that can go wrong on a wire is a returned status or a counter.
 class Bus {
  public:
   virtual ~Bus() = default;

@@ -7,25 +7,6 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
-/// How many bits frames take on a classic CAN wire, and what share of it a scene needs.
-///
-/// Bits of a frame of n data bytes (ISO 11898-1):
-///
-/// | part                                             | 11-bit id | 29-bit id | stuffed |
-/// |--------------------------------------------------|-----------|-----------|---------|
-/// | start of frame                                   | 1         | 1         | yes     |
-/// | arbitration and control up to the length code    | 18        | 38        | yes     |
-/// | data                                             | 8n        | 8n        | yes     |
-/// | cyclic redundancy check (CRC-15, 0x4599)         | 15        | 15        | yes     |
-/// | CRC delimiter, acknowledge, its delimiter        | 3         | 3         | no      |
-/// | end of frame                                     | 7         | 7         | no      |
-/// | interframe space                                 | 3         | 3         | no      |
-///
-/// that is 47 + 8n and 67 + 8n. A sender inserts the complement after five equal bits of the
-/// stuffed part; the inserted bit counts for the next five, so that s stuffed bits grow by at most
-/// floor((s - 1) / 4): [Davis] R. Davis, A. Burns, R. Bril, J. Lukkien, "Controller Area Network
-/// (CAN) schedulability analysis: refuted, revisited and revised", 2007, eq. 1 and 2.
-
 namespace mantle::firmware_sim {
 
 inline constexpr std::int64_t kBitRate = 1'000'000;     ///< bit/s, the profile's
@@ -54,6 +35,7 @@ struct CyclicTraffic {
   std::int64_t heartbeat_us{0};  ///< of every node, the master too; 0: none counted
 };
 
+/// One kind of frame in a cycle.
 struct LoadRow {
   std::string frame;   ///< "SYNC", "RPDO1", ...
   std::string cob_id;  ///< "0x201..0x208"
@@ -62,6 +44,24 @@ struct LoadRow {
   int worst_bits{0};   ///< of one frame
 };
 
+/// How many bits frames take on a classic CAN wire, and what share of it a scene needs.
+///
+/// Bits of a frame of n data bytes (ISO 11898-1):
+///
+/// | part                                             | 11-bit id | 29-bit id | stuffed |
+/// |--------------------------------------------------|-----------|-----------|---------|
+/// | start of frame                                   | 1         | 1         | yes     |
+/// | arbitration and control up to the length code    | 18        | 38        | yes     |
+/// | data                                             | 8n        | 8n        | yes     |
+/// | cyclic redundancy check (CRC-15, 0x4599)         | 15        | 15        | yes     |
+/// | CRC delimiter, acknowledge, its delimiter        | 3         | 3         | no      |
+/// | end of frame                                     | 7         | 7         | no      |
+/// | interframe space                                 | 3         | 3         | no      |
+///
+/// that is 47 + 8n and 67 + 8n. A sender inserts the complement after five equal bits of the
+/// stuffed part; the inserted bit counts for the next five, so that s stuffed bits grow by at most
+/// floor((s - 1) / 4): [Davis] R. Davis, A. Burns, R. Bril, J. Lukkien, "Controller Area Network
+/// (CAN) schedulability analysis: refuted, revisited and revised", 2007, eq. 1 and 2.
 struct BusLoad {
   std::vector<LoadRow> rows;
   double frames{0};         ///< a cycle

@@ -5,12 +5,11 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
+namespace mantle::firmware_sim {
+
 /// Which frames a station wants: as CAN_RAW_FILTER, a frame passes where
 /// (frame.id & mask) == (id & mask) for any filter of the list. An empty list passes everything.
 /// SocketCAN applies the list in the kernel, the other transports before they copy a frame.
-
-namespace mantle::firmware_sim {
-
 struct CanFilter {
   std::uint32_t id{0};
   std::uint32_t mask{0x7FF};

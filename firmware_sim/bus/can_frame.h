@@ -3,10 +3,9 @@
 #include <array>
 #include <cstdint>
 
-/// A classic CAN 2.0 frame as every part of firmware_sim passes it on.
-
 namespace mantle::firmware_sim {
 
+/// A classic CAN 2.0 frame as every part of firmware_sim passes it on.
 struct CanFrame {
   std::uint32_t id{0};   ///< 11 bits, or 29 where `extended`
   std::uint8_t size{0};  ///< data length code, 0..8

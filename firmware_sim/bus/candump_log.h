@@ -12,13 +12,6 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
-/// The log format of `candump -l`, which canplayer and log2asc of can-utils read: a frame a line,
-///
-///   (1436509052.249713) vcan0 044#2A366C2BBA     seconds.microseconds, interface, id#data
-///   (1436509052.249800) vcan0 1F334455#1122      29-bit ids have eight digits
-///   (1436509052.249900) vcan0 701#R              remote frame; #R4 with a length
-///   (1436509052.250000) vcan0 20000080#00000000000000A0   error frame: CAN_ERR_FLAG in the id
-
 namespace mantle::firmware_sim {
 
 /// No line needs more characters than this, with an interface name of 15.
@@ -34,6 +27,12 @@ enum class CandumpParse : std::uint8_t { kFrame, kFdFrame, kMalformed };
 /// Reads one line (without its line feed, trailing direction letters allowed).
 CandumpParse ParseCandumpLine(std::string_view line, CanFrame& frame);
 
+/// The log format of `candump -l`, which canplayer and log2asc of can-utils read: a frame a line,
+///
+///   (1436509052.249713) vcan0 044#2A366C2BBA     seconds.microseconds, interface, id#data
+///   (1436509052.249800) vcan0 1F334455#1122      29-bit ids have eight digits
+///   (1436509052.249900) vcan0 701#R              remote frame; #R4 with a length
+///   (1436509052.250000) vcan0 20000080#00000000000000A0   error frame: CAN_ERR_FLAG in the id
 struct CandumpLog {
   std::vector<CanFrame> frames;
   std::size_t skipped{0};  ///< CAN FD frames: not for classic stations

@@ -8,12 +8,9 @@
 
 #include "firmware_sim/bus/bus.h"
 
-/// A bad cable between one station and its bus: frames in both directions are lost, duplicated,
-/// delayed and put out of order, at random with a fixed seed. Time is an input: a delayed frame
-/// moves on in the AdvanceTo, Send or Receive after it is due.
-
 namespace mantle::firmware_sim {
 
+/// What a FaultInjectingBus does to frames.
 struct FaultOptions {
   double loss{0};       ///< share of frames that vanish, 0..1
   double duplicate{0};  ///< share of frames that arrive twice, 0..1
@@ -25,6 +22,7 @@ struct FaultOptions {
   std::size_t capacity{1024};  ///< frames under way in each direction
 };
 
+/// What became of the frames.
 struct FaultCounters {
   std::uint64_t passed{0};
   std::uint64_t lost{0};
@@ -33,6 +31,9 @@ struct FaultCounters {
   std::uint64_t overflowed{0};  ///< found no room among the frames under way
 };
 
+/// A bad cable between one station and its bus: frames in both directions are lost, duplicated,
+/// delayed and put out of order, at random with a fixed seed. Time is an input: a delayed frame
+/// moves on in the AdvanceTo, Send or Receive after it is due.
 class FaultInjectingBus final : public Bus {
  public:
   /// `bus` must outlive this one. Throws std::invalid_argument for a share outside 0..1, a negative

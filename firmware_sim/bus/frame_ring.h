@@ -5,10 +5,9 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
-/// First-in-first-out queue of frames whose storage is allocated once, at construction.
-
 namespace mantle::firmware_sim {
 
+/// First-in-first-out queue of frames whose storage is allocated once, at construction.
 class FrameRing {
  public:
   explicit FrameRing(std::size_t capacity) : frames_(capacity) {}

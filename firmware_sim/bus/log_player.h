@@ -6,10 +6,9 @@
 
 #include "firmware_sim/bus/bus.h"
 
-/// Replays frames on a bus with the timing of their time stamps. Time is an input.
-
 namespace mantle::firmware_sim {
 
+/// Replays frames on a bus with the timing of their time stamps. Time is an input.
 class LogPlayer {
  public:
   /// Frames are sent in the order given; a time stamp that goes back means at once. Error frames

@@ -9,6 +9,17 @@
 #include "firmware_sim/bus/can_filter.h"
 #include "firmware_sim/bus/frame_ring.h"
 
+namespace mantle::firmware_sim {
+
+/// What a LoopMedium is like.
+struct LoopOptions {
+  std::int64_t bit_rate{0};            ///< bit/s; 0: frames take no time
+  std::size_t receive_capacity{1024};  ///< frames a station may leave unread
+  std::size_t transmit_capacity{256};  ///< frames a station may have waiting (with a bit rate)
+};
+
+class LoopStation;
+
 /// The in-process bus: one LoopMedium is the wire, each station it hands out is one Bus on it.
 /// Deterministic and single-threaded: the same calls in the same order give the same frames.
 ///
@@ -19,17 +30,6 @@
 /// lowest arbitration field among the queue heads wins, and a frame reaches the others when its
 /// last bit has passed (ActualFrameBits of bus_load.h over the bit rate), stamped with that moment.
 /// Then AdvanceTo carries the traffic.
-
-namespace mantle::firmware_sim {
-
-struct LoopOptions {
-  std::int64_t bit_rate{0};            ///< bit/s; 0: frames take no time
-  std::size_t receive_capacity{1024};  ///< frames a station may leave unread
-  std::size_t transmit_capacity{256};  ///< frames a station may have waiting (with a bit rate)
-};
-
-class LoopStation;
-
 class LoopMedium {
  public:
   /// Throws std::invalid_argument for a negative bit rate or a capacity of 0.

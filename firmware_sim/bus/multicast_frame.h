@@ -6,6 +6,7 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
+/// @file
 /// The wire format of python-can's `udp_multicast` interface: one msgpack map a datagram,
 ///
 /// | key                   | value                                   |

@@ -8,6 +8,7 @@
 #include "firmware_sim/bus/can_filter.h"
 #include "firmware_sim/bus/loop_bus.h"
 
+/// @file
 /// Opens a station on the bus that a user names:
 ///
 /// | spec                     | transport                                                        |

@@ -6,12 +6,11 @@
 #include "firmware_sim/bus/bus.h"
 #include "firmware_sim/bus/candump_log.h"
 
+namespace mantle::firmware_sim {
+
 /// A bus that writes every frame it passes, sent and received, to a candump log. Received frames
 /// keep the transport's time stamp; sent ones get the time of the last AdvanceTo, which the caller
 /// keeps on the transport's clock (CLOCK_REALTIME on sockets).
-
-namespace mantle::firmware_sim {
-
 class RecordingBus final : public Bus {
  public:
   /// Both must outlive this bus.

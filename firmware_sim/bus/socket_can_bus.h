@@ -8,6 +8,7 @@
 #include "firmware_sim/bus/bus.h"
 #include "firmware_sim/bus/can_filter.h"
 
+/// @file
 /// SocketCAN (Linux, Documentation/networking/can.rst): a raw socket on one interface.
 ///
 /// - Frames are filtered in the kernel (CAN_RAW_FILTER), moved in batches (recvmmsg, sendmmsg), and

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <ctime>
 
+/// @file
 /// Kernel time structures in microseconds, for the socket transports.
 
 namespace mantle::firmware_sim {

@@ -8,6 +8,7 @@
 #include "firmware_sim/bus/bus.h"
 #include "firmware_sim/bus/can_filter.h"
 
+/// @file
 /// A CAN bus over IPv4 multicast, in the wire format of python-can's `udp_multicast`
 /// (multicast_frame.h), for machines without SocketCAN. There is no arbitration and no delivery
 /// guarantee: datagrams that the socket had no room for are counted in `receive_dropped`
@@ -20,6 +21,7 @@
 
 namespace mantle::firmware_sim {
 
+/// Where frames are sent and heard.
 struct UdpMulticastAddress {
   std::string group{"239.74.163.2"};
   std::uint16_t port{43113};

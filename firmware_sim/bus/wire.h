@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+/// @file
 /// Little-endian numbers of 1 to 4 bytes, the size known at run time (mapped objects, SDO
 /// data).
 

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+/// @file
 /// Names for the numbers of CANopen CiA 301 that drives and master share: COB-IDs, NMT, SDO, EMCY
 /// and object indices. Enum values equal wire values. All multi-byte data are little-endian.
 ///

@@ -9,12 +9,9 @@
 #include "firmware_sim/canopen/object_dictionary.h"
 #include "firmware_sim/canopen/pdo.h"
 
-/// The CANopen half of a drive: NMT slave, heartbeat producer and consumer, SDO server, PDOs and
-/// EMCY around one object dictionary. It knows nothing of motors: what a frame asks of the drive it
-/// returns as NodeEvents, and the drive decides.
-
 namespace mantle::firmware_sim {
 
+/// What a frame meant for its node.
 struct NodeEvents {
   bool sync{false};
   bool controlword{false};  ///< object 6040 was written
@@ -24,6 +21,9 @@ struct NodeEvents {
   NmtCommand command{NmtCommand::kStart};
 };
 
+/// The CANopen half of a drive: NMT slave, heartbeat producer and consumer, SDO server, PDOs and
+/// EMCY around one object dictionary. It knows nothing of motors: what a frame asks of the drive it
+/// returns as NodeEvents, and the drive decides.
 class CanopenNode {
  public:
   /// Frames that may wait to be taken: a cycle has three, a reset or a fault two more.

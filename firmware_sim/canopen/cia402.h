@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+/// @file
 /// Drive states, statusword and controlword of CiA 402 (IEC 61800-7-201), shared by drive, master
 /// and monitor.
 ///

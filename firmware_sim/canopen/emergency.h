@@ -6,13 +6,12 @@
 #include "firmware_sim/canopen/canopen.h"
 #include "firmware_sim/canopen/object_dictionary.h"
 
+namespace mantle::firmware_sim {
+
 /// Emergencies (CiA 301 7.2.7): which errors are present, the error register 1001, the history 1003
 /// (newest first), the last code in 603F.
 ///
 ///   EMCY frame, COB-ID 0x080 + node:  [u16 code, u8 error register, 5 bytes zero]
-
-namespace mantle::firmware_sim {
-
 class Emergency {
  public:
   /// Notes an error. True where it was not present yet, so that an EMCY is due.

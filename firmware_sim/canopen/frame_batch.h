@@ -7,10 +7,9 @@
 #include "firmware_sim/bus/can_frame.h"
 #include "firmware_sim/canopen/canopen.h"
 
-/// Frames collected for one Send, in fixed storage.
-
 namespace mantle::firmware_sim {
 
+/// Frames collected for one Send, in fixed storage.
 class FrameBatch {
  public:
   static constexpr std::size_t kCapacity = 128;

@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+namespace mantle::firmware_sim {
+
 /// Figures of the simulated drive, each once.
 ///
 /// Motor: FAULHABER DC-micromotor series 1524 ... SR, order number 1524T012SR, data sheet
@@ -9,9 +11,6 @@
 /// GmbH & Co. KG, EN_1524_SR_DFF), values at 22 deg C and nominal voltage; the number of the row of
 /// the data sheet stands behind each figure. Gear, drum, encoder, brake and power stage are this
 /// project's choices for a cable of 0 to 1 N, marked "chosen".
-
-namespace mantle::firmware_sim {
-
 struct MotorData {
   double nominal_voltage_v{12.0};         // row 1
   double resistance_ohm{19.8};            // row 2, at 22 deg C
@@ -38,6 +37,7 @@ struct MotorData {
   double stiction_ratio{1.3};
 };
 
+/// Gear, drum, brake and encoder behind the motor.
 struct WinchData {
   double gear_ratio{4.0};            // motor turns per drum turn; chosen
   double gear_efficiency{0.9};       // one planetary stage, both directions of power; chosen

@@ -7,9 +7,6 @@
 #include "firmware_sim/canopen/canopen.h"
 #include "firmware_sim/canopen/object_table.h"
 
-/// The values behind object_table.h. A slot is a row of the table; the compiler finds the slots of
-/// objects that the code names (Slot(0x6040)), a client's index and sub-index are found by Find.
-
 namespace mantle::firmware_sim {
 
 /// Result of looking up an index and sub-index: kNone and the slot, kNoObject or kNoSubIndex.
@@ -36,6 +33,8 @@ inline constexpr std::array<PdoSlots, kPdoCount> kPdoSlots = {{
     {Slot(0x1801, 1), Slot(0x1801, 2), Slot(0x1801, 5), Slot(0x1A01, 0)},
 }};
 
+/// The values behind object_table.h. A slot is a row of the table; the compiler finds the slots of
+/// objects that the code names (Slot(0x6040)), a client's index and sub-index are found by Find.
 class ObjectDictionary {
  public:
   explicit ObjectDictionary(NodeId node);

@@ -2,8 +2,6 @@
 
 #include <cstdint>
 
-/// One row of the object dictionary: what CiA 301 (7.4) says about an object, as a constant.
-
 namespace mantle::firmware_sim {
 
 /// CiA 301 table 44; the values stand in the EDS.
@@ -57,6 +55,7 @@ enum class Access : std::uint8_t { kConst, kReadOnly, kWriteOnly, kReadWrite };
 /// Which PDOs may carry the object.
 enum class Mappable : std::uint8_t { kNo, kReceive, kTransmit };
 
+/// One row of the object dictionary: what CiA 301 (7.4) says about an object, as a constant.
 struct ObjectEntry {
   std::uint16_t index;
   std::uint8_t sub;

@@ -9,6 +9,7 @@
 #include "firmware_sim/canopen/motor_data.h"
 #include "firmware_sim/canopen/object_entry.h"
 
+/// @file
 /// The object dictionary of the drive as one constant table, ordered by index and sub-index: type,
 /// access, PDO mapping, default and range of every object. Dictionary, SDO server, PDOs and EDS
 /// read this table; nothing repeats it.

@@ -6,15 +6,6 @@
 #include "firmware_sim/bus/can_frame.h"
 #include "firmware_sim/canopen/object_dictionary.h"
 
-/// The two RPDOs and two TPDOs of a drive (CiA 301 7.2.2), as objects 14xx, 16xx, 18xx and 1Axx
-/// configure them.
-///
-/// Transmission types: 0 sent at a SYNC where the content changed; 1 to 240 at every n-th SYNC;
-/// 254 and 255 sent on a change of the statusword and on the event timer, never more often than the
-/// inhibit time. An RPDO of type 0 to 240 is buffered until the next SYNC, one of 254 or 255
-/// applied at once. An RPDO longer than its mapping counts with its first bytes; a shorter one is
-/// refused.
-
 namespace mantle::firmware_sim {
 
 enum class RpdoResult : std::uint8_t {
@@ -24,6 +15,14 @@ enum class RpdoResult : std::uint8_t {
   kApplied,   ///< its objects hold the new values
 };
 
+/// The two RPDOs and two TPDOs of a drive (CiA 301 7.2.2), as objects 14xx, 16xx, 18xx and 1Axx
+/// configure them.
+///
+/// Transmission types: 0 sent at a SYNC where the content changed; 1 to 240 at every n-th SYNC;
+/// 254 and 255 sent on a change of the statusword and on the event timer, never more often than the
+/// inhibit time. An RPDO of type 0 to 240 is buffered until the next SYNC, one of 254 or 255
+/// applied at once. An RPDO longer than its mapping counts with its first bytes; a shorter one is
+/// refused.
 class PdoSet {
  public:
   /// Reads the configuration; to be called after a reset and after a write to any PDO object.

@@ -6,20 +6,15 @@
 #include "firmware_sim/canopen/canopen.h"
 #include "firmware_sim/canopen/frame_batch.h"
 
-/// The client's side of expedited SDO transfers (CiA 301 7.2.4) with one node, one transfer at a
-/// time. Time is an input; nothing throws or allocates.
-///
-///   upload    request  40 index16 sub 00000000       reply 4x index16 sub data, x = 3 | (4-n) << 2
-///   download  request  2x index16 sub data           reply 60 index16 sub
-///   abort     either   80 index16 sub code32
-
 namespace mantle::firmware_sim {
 
+/// An entry of the object dictionary.
 struct SdoObject {
   std::uint16_t index{0};
   std::uint8_t sub{0};
 };
 
+/// A value for an entry.
 struct SdoWrite {
   SdoObject object;
   std::uint8_t size{4};  ///< bytes, 1..4
@@ -28,6 +23,12 @@ struct SdoWrite {
 
 enum class SdoResult : std::uint8_t { kIdle, kBusy, kDone, kAborted, kTimedOut };
 
+/// The client's side of expedited SDO transfers (CiA 301 7.2.4) with one node, one transfer at a
+/// time. Time is an input; nothing throws or allocates.
+///
+///   upload    request  40 index16 sub 00000000       reply 4x index16 sub data, x = 3 | (4-n) << 2
+///   download  request  2x index16 sub data           reply 60 index16 sub
+///   abort     either   80 index16 sub code32
 class SdoClient {
  public:
   /// A request without a reply is repeated every `timeout_us`, `attempts` times in all. An

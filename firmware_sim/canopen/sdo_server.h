@@ -3,6 +3,7 @@
 #include "firmware_sim/bus/can_frame.h"
 #include "firmware_sim/canopen/object_dictionary.h"
 
+/// @file
 /// The expedited SDO server (CiA 301 7.2.4).
 ///
 ///   upload    request 40 ii ii ss 00 00 00 00           reply 43|(4-n)<<2 ii ii ss d0 d1 d2 d3
@@ -12,6 +13,7 @@
 
 namespace mantle::firmware_sim {
 
+/// What came of one request.
 struct SdoOutcome {
   bool has_reply{false};
   bool has_written{false};  ///< `slot` passed every check and holds the new value

@@ -2,6 +2,7 @@
 
 #include "firmware_sim/canopen/cia402.h"
 
+/// @file
 /// The transitions of CiA 402 that a command causes, as one pure function. Transitions 0, 1
 /// (automatic after the boot-up), 12 after a stop, 13 (fault) and 14 (reaction done) are the
 /// drive's.
@@ -20,6 +21,7 @@
 
 namespace mantle::firmware_sim {
 
+/// Where a command leads.
 struct Transition {
   DriveState next;
   int number;  ///< 0: none; 4 stands for 3 and 4 where ready passes through switched on

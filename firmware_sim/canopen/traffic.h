@@ -8,16 +8,19 @@
 
 #include "firmware_sim/bus/can_frame.h"
 
+/// @file
 /// Frames in words: what a frame means under the profile (canopen.h, cia402.h), with the mapping of
 /// the profile for PDOs. For people and logs; allocates.
 
 namespace mantle::firmware_sim {
 
+/// One value that a frame carries.
 struct TrafficField {
   std::string_view name;  ///< "state", "torque_percent", ...: the key in JSON
   std::variant<std::int64_t, double, std::string> value;
 };
 
+/// A frame in the terms of the profile.
 struct DecodedFrame {
   std::string_view service;  ///< "NMT", "SYNC", "EMCY", "TPDO1", "SDO request", ..., "unknown"
   int node{0};               ///< 0: none, or all

@@ -12,15 +12,9 @@
 #include "firmware_sim/drive/release.h"
 #include "firmware_sim/drive/winch.h"
 
-/// One drive: CANopen node, CiA 402 state machine, loops, power stage, motor and winch.
-///
-/// It advances on its own clock: AdvanceTo runs the sub-steps of 0.1 ms (current regulator, motor,
-/// winch) and the ticks of 1 ms (loops, supervision, heartbeat) up to a time, whatever the bus
-/// does. A frame only leaves targets and commands; SYNC latches RPDOs and samples TPDOs. Frames to
-/// send wait in a queue. Nothing here allocates or throws after construction.
-
 namespace mantle::firmware_sim {
 
+/// What a drive is built with.
 struct DriveConfig {
   NodeId node{1};
   /// The spring-loaded cable of a drive without a plant: 20 mm of slack, then 500 N/m.
@@ -46,6 +40,12 @@ struct WinchOutput {
   double cable_work_j{0.0};  ///< done on the cable since construction
 };
 
+/// One drive: CANopen node, CiA 402 state machine, loops, power stage, motor and winch.
+///
+/// It advances on its own clock: AdvanceTo runs the sub-steps of 0.1 ms (current regulator, motor,
+/// winch) and the ticks of 1 ms (loops, supervision, heartbeat) up to a time, whatever the bus
+/// does. A frame only leaves targets and commands; SYNC latches RPDOs and samples TPDOs. Frames to
+/// send wait in a queue. Nothing here allocates or throws after construction.
 class Drive {
  public:
   /// Powers up at `start_us`: the boot-up message waits in the queue. Throws std::invalid_argument

@@ -5,23 +5,6 @@
 #include "firmware_sim/canopen/cia402.h"
 #include "firmware_sim/canopen/object_dictionary.h"
 
-/// Set-points and loops of an enabled drive, once a millisecond: from targets and the encoder to a
-/// torque. Positive reels in. Torques are in 1/1000 of the rated torque, positions in counts.
-///
-///   cyclic torque    torque = 6071 + 60B2
-///   cyclic velocity  demand runs linearly to 60FF within the period 60C2;
-///                    torque = J (w_v (demand - v) - l) + 60B2
-///   cyclic position  demand runs linearly to 607A within 60C2; velocity demand =
-///                    k_x (demand - x) + d(demand)/dt, then as cyclic velocity
-///   stopping         8, 9: velocity runs to zero by a deceleration, then the position is held;
-///                    10: torque runs to zero by 6087
-///
-/// Always: |torque| <= 6072, no torque and no velocity beyond the limits 607D. Position x, velocity
-/// v and load l (cable and friction, as an acceleration) come from an observer that knows the
-/// torque, with three poles at w: e = counts - x,
-///
-///   x' = v + 3 w e,   v' = torque / J + l + 3 w^2 e,   l' = w^3 e
-
 namespace mantle::firmware_sim {
 
 inline constexpr std::int64_t kControlTick_us = 1000;
@@ -35,6 +18,7 @@ enum class StopKind : std::uint8_t {
   kAtOnce,  ///< velocity demand (10: torque) zero at once
 };
 
+/// The motor as its encoder shows it, at the motor shaft.
 struct Measured {
   double position_counts{0.0};
   double velocity_counts_s{0.0};
@@ -56,6 +40,22 @@ class EncoderTracker {
   Measured measured_{};
 };
 
+/// Set-points and loops of an enabled drive, once a millisecond: from targets and the encoder to a
+/// torque. Positive reels in. Torques are in 1/1000 of the rated torque, positions in counts.
+///
+///   cyclic torque    torque = 6071 + 60B2
+///   cyclic velocity  demand runs linearly to 60FF within the period 60C2;
+///                    torque = J (w_v (demand - v) - l) + 60B2
+///   cyclic position  demand runs linearly to 607A within 60C2; velocity demand =
+///                    k_x (demand - x) + d(demand)/dt, then as cyclic velocity
+///   stopping         8, 9: velocity runs to zero by a deceleration, then the position is held;
+///                    10: torque runs to zero by 6087
+///
+/// Always: |torque| <= 6072, no torque and no velocity beyond the limits 607D. Position x, velocity
+/// v and load l (cable and friction, as an acceleration) come from an observer that knows the
+/// torque, with three poles at w: e = counts - x,
+///
+///   x' = v + 3 w e,   v' = torque / J + l + 3 w^2 e,   l' = w^3 e
 class Motion {
  public:
   /// Starts from what is measured, at `torque` (bumpless).

@@ -4,6 +4,8 @@
 
 #include "firmware_sim/canopen/motor_data.h"
 
+namespace mantle::firmware_sim {
+
 /// The current regulator of the power stage, once a sub-step of 0.1 ms:
 ///
 ///   v = R i_ref + k omega + v_I,   v_I += 0.1 R (i_ref - i)
@@ -11,9 +13,6 @@
 /// The winding's time constant (21 us) lies below the sub-step, so that it follows the voltage
 /// within one sub-step, and the integral removes what temperature and the estimate of omega leave
 /// over in some ten sub-steps. The voltage is limited to the supply.
-
-namespace mantle::firmware_sim {
-
 class CurrentRegulator {
  public:
   double Voltage(const MotorData& motor, double reference_a, double current_a, double speed_rad_s,

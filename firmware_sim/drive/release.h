@@ -5,18 +5,6 @@
 #include "firmware_sim/canopen/object_dictionary.h"
 #include "firmware_sim/drive/motion.h"
 
-/// How a cable winch lets go. A brake that closes on a taut cable keeps the arm bent, so whatever
-/// takes the drive out of operation runs the same sequence:
-///
-///   [decelerate by 6085, 1 s at most] -> ramp the torque to zero by 6087, 1 s at most -> pay out
-///   until the slack-rope switch has stayed open for 0.5 s, 5 s at most -> brake closed, stage off
-///
-/// The cable goes slack long before a soft body has straightened: the winch follows it, paying out
-/// again as often as the switch closes.
-///
-/// Where the power stage must not be used (over-current, supply out of range) or disable voltage
-/// was commanded, the winding is open from the start and the cable pulls itself out.
-
 namespace mantle::firmware_sim {
 
 /// Paying out: 50 mm/s of cable, and for a moment longer than the cable is taut.
@@ -41,6 +29,7 @@ enum class ReleaseKind : std::uint8_t {
 
 enum class ReleasePhase : std::uint8_t { kInactive, kDecelerating, kRamping, kPayingOut, kBraked };
 
+/// What a Release decides by.
 struct ReleaseInputs {
   Measured measured{};
   bool slack{false};    ///< slack-rope switch
@@ -55,6 +44,17 @@ struct StageCommand {
   double torque{0.0};  ///< 1/1000 of rated
 };
 
+/// How a cable winch lets go. A brake that closes on a taut cable keeps the arm bent, so whatever
+/// takes the drive out of operation runs the same sequence:
+///
+///   [decelerate by 6085, 1 s at most] -> ramp the torque to zero by 6087, 1 s at most -> pay out
+///   until the slack-rope switch has stayed open for 0.5 s, 5 s at most -> brake closed, stage off
+///
+/// The cable goes slack long before a soft body has straightened: the winch follows it, paying out
+/// again as often as the switch closes.
+///
+/// Where the power stage must not be used (over-current, supply out of range) or disable voltage
+/// was commanded, the winding is open from the start and the cable pulls itself out.
 class Release {
  public:
   ReleasePhase phase() const { return phase_; }

@@ -5,22 +5,6 @@
 #include "firmware_sim/canopen/motor_data.h"
 #include "firmware_sim/drive/winding.h"
 
-/// Motor, gear, drum, brake and encoder of one cable, in sub-steps of 0.1 ms.
-///
-/// One equation at the motor shaft, s = drum radius / gear ratio, T the cable's tension:
-///
-///   J domega/dt = k i - a s T - M_f,     d(reeled)/dt = s omega
-///   a = (1/eta + eta) / 2,  b = (1/eta - eta) / 2
-///
-/// The gear's efficiency eta acts against the motion both ways (s T / eta hauling, s T eta paying
-/// out), which is the mean load a s T and a friction b s T. Dry friction M_f = M_R + b s T (+
-/// brake) is set-valued at rest: the step solves for the speed with the friction inside, so the
-/// rotor sticks exactly while the rest of the torque stays below the static level (time stepping of
-/// Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988). Winding,
-/// back-EMF, inertia and cable are solved together by the midpoint rule in omega: stable for any
-/// stiffness, and the energies below balance to round-off except where the cable goes slack within
-/// a sub-step.
-
 namespace mantle::firmware_sim {
 
 inline constexpr std::int64_t kSubStep_us = 100;
@@ -62,6 +46,21 @@ struct WinchEnergy {
   double cable_j{0.0};     ///< work done on the cable: integral of T d(reeled)
 };
 
+/// Motor, gear, drum, brake and encoder of one cable, in sub-steps of 0.1 ms.
+///
+/// One equation at the motor shaft, s = drum radius / gear ratio, T the cable's tension:
+///
+///   J domega/dt = k i - a s T - M_f,     d(reeled)/dt = s omega
+///   a = (1/eta + eta) / 2,  b = (1/eta - eta) / 2
+///
+/// The gear's efficiency eta acts against the motion both ways (s T / eta hauling, s T eta paying
+/// out), which is the mean load a s T and a friction b s T. Dry friction M_f = M_R + b s T (+
+/// brake) is set-valued at rest: the step solves for the speed with the friction inside, so the
+/// rotor sticks exactly while the rest of the torque stays below the static level (time stepping of
+/// Moreau, "Unilateral contact and dry friction in finite freedom dynamics", 1988). Winding,
+/// back-EMF, inertia and cable are solved together by the midpoint rule in omega: stable for any
+/// stiffness, and the energies below balance to round-off except where the cable goes slack within
+/// a sub-step.
 class Winch {
  public:
   explicit Winch(const MotorData& motor = {}, const WinchData& winch = {},

@@ -2,22 +2,9 @@
 
 #include "firmware_sim/canopen/motor_data.h"
 
-/// The electrical and thermal half of a DC motor.
-///
-/// Winding, voltage v and speed omega held over a step h, tau = L/R (exact solution):
-///
-///   L di/dt = v - R i - k omega,   i_inf = (v - k omega) / R
-///   i(t)    = i_inf + (i0 - i_inf) exp(-t/tau)
-///   mean i  = i_inf (1 - g) + i0 g,   g = (1 - exp(-h/tau)) tau / h
-///   R       = R_22 (1 + alpha (T_w - 22 deg C))
-///
-/// Heat, two nodes as the data sheet gives them (winding w, housing h, ambient a):
-///
-///   C_w dT_w/dt = P - (T_w - T_h) / R_th1          C_w = tau_w1 / R_th1
-///   C_h dT_h/dt = (T_w - T_h) / R_th1 - (T_h - T_a) / R_th2      C_h = tau_w2 / R_th2
-
 namespace mantle::firmware_sim {
 
+/// Temperatures of winding and housing [deg C], two heat capacities in line.
 struct ThermalModel {
   double winding_c{22.0};
   double housing_c{22.0};
@@ -32,6 +19,19 @@ struct MeanCurrent {
   double slope_a_s;
 };
 
+/// The electrical and thermal half of a DC motor.
+///
+/// Winding, voltage v and speed omega held over a step h, tau = L/R (exact solution):
+///
+///   L di/dt = v - R i - k omega,   i_inf = (v - k omega) / R
+///   i(t)    = i_inf + (i0 - i_inf) exp(-t/tau)
+///   mean i  = i_inf (1 - g) + i0 g,   g = (1 - exp(-h/tau)) tau / h
+///   R       = R_22 (1 + alpha (T_w - 22 deg C))
+///
+/// Heat, two nodes as the data sheet gives them (winding w, housing h, ambient a):
+///
+///   C_w dT_w/dt = P - (T_w - T_h) / R_th1          C_w = tau_w1 / R_th1
+///   C_h dT_h/dt = (T_w - T_h) / R_th1 - (T_h - T_a) / R_th2      C_h = tau_w2 / R_th2
 class Winding {
  public:
   Winding(const MotorData& data, double step_s);

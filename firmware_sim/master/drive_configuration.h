@@ -8,12 +8,11 @@
 #include "firmware_sim/canopen/cia402.h"
 #include "firmware_sim/canopen/sdo_client.h"
 
+namespace mantle::firmware_sim {
+
 /// What the master writes into every drive before it starts it: the PDOs of the profile
 /// (communication parameters and mapping, in the order CiA 301 7.5.2.36 asks: invalid, mapping,
 /// valid), heartbeats, interpolation period, limits and mode. Each step is one expedited download.
-
-namespace mantle::firmware_sim {
-
 struct DriveSettings {
   std::int64_t period_us{10'000};                    ///< SYNC period, 60C2
   std::int64_t master_heartbeat_us{50'000};          ///< how often the master's heartbeat leaves

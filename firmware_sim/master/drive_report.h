@@ -9,8 +9,6 @@
 #include "firmware_sim/canopen/cia402.h"
 #include "firmware_sim/canopen/sdo_client.h"
 
-/// What the master knows of one drive: plain values, copied out for reports, and their words.
-
 namespace mantle::firmware_sim {
 
 /// Where the master is with a drive, in the order of a bring-up.
@@ -43,6 +41,7 @@ enum class DriveProblem : std::uint8_t {
   kDuplicateNode,  ///< two TPDO1 for each SYNC, over and over
 };
 
+/// Objects 1000 and 1018: what the master reads when a drive boots.
 struct DriveIdentity {
   std::uint32_t device_type{0};
   std::uint32_t vendor{0};
@@ -51,6 +50,7 @@ struct DriveIdentity {
   std::uint32_t serial{0};
 };
 
+/// An emergency message as it came.
 struct EmcyRecord {
   std::int64_t time_us{0};  ///< the master's clock
   EmcyCode code{EmcyCode::kNoError};
@@ -65,6 +65,7 @@ struct DriveTarget {
   std::int32_t velocity_counts_s{0};  ///< needs the second PDOs
 };
 
+/// What the master knows of one drive: plain values, copied out for reports, and their words.
 struct DriveReport {
   static constexpr std::size_t kEmcyHistory = 8;
 

@@ -8,6 +8,18 @@
 #include "firmware_sim/master/drive_configuration.h"
 #include "firmware_sim/master/drive_report.h"
 
+namespace mantle::firmware_sim {
+
+/// How patient the master is with a drive.
+struct SupervisorOptions {
+  DriveSettings settings{};
+  std::int64_t sdo_timeout_us{50'000};
+  int sdo_attempts{5};
+  std::int64_t step_timeout_us{2'000'000};  ///< start, clear fault, enable, each stop step
+  std::int64_t heartbeat_loss_us{350'000};  ///< drive silent for this long is lost
+  std::int16_t rest_torque_permille{20};    ///< below it a ramp has ended
+};
+
 /// The master's half of one drive: brings it from power-on to operation enabled, keeps it there,
 /// notices what it does by itself, and takes it down.
 ///
@@ -19,18 +31,6 @@
 /// answer or refused, a step that takes too long (until a boot-up, or Enable). A drive that is
 /// not enabled gets controlwords that never enable it and targets at rest. Time is an input;
 /// nothing throws or allocates after construction.
-
-namespace mantle::firmware_sim {
-
-struct SupervisorOptions {
-  DriveSettings settings{};
-  std::int64_t sdo_timeout_us{50'000};
-  int sdo_attempts{5};
-  std::int64_t step_timeout_us{2'000'000};  ///< start, clear fault, enable, each stop step
-  std::int64_t heartbeat_loss_us{350'000};  ///< drive silent for this long is lost
-  std::int16_t rest_torque_permille{20};    ///< below it a ramp has ended
-};
-
 class DriveSupervisor {
  public:
   /// Options have passed CheckSettings.

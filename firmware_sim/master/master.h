@@ -10,6 +10,23 @@
 #include "firmware_sim/bus/can_filter.h"
 #include "firmware_sim/master/drive_supervisor.h"
 
+namespace mantle::firmware_sim {
+
+inline constexpr std::size_t kMaxDrives = 16;
+
+/// Which drives a master has, and how it treats them.
+struct MasterOptions {
+  std::vector<NodeId> nodes;  ///< 1 to kMaxDrives different nodes, each 1..126
+  SupervisorOptions supervisor{};
+};
+
+/// Events since the master was made.
+struct MasterCounters {
+  std::uint64_t cycles{0};
+  std::uint64_t send_failures{0};   ///< Sends that the bus refused in part or in whole
+  std::uint64_t foreign_frames{0};  ///< from nodes that are not ours
+};
+
 /// The master (node 0x7F) of the drives on one bus. A program that controls drives does
 ///
 ///   Master master(*bus, options);
@@ -22,22 +39,6 @@
 /// Targets given before Cycle k are applied by the drives at SYNC k, which samples the TPDOs that
 /// Poll reads after it. `now_us` is any clock that does not go back; time stamps of frames are only
 /// passed on. Nothing throws or allocates after construction.
-
-namespace mantle::firmware_sim {
-
-inline constexpr std::size_t kMaxDrives = 16;
-
-struct MasterOptions {
-  std::vector<NodeId> nodes;  ///< 1 to kMaxDrives different nodes, each 1..126
-  SupervisorOptions supervisor{};
-};
-
-struct MasterCounters {
-  std::uint64_t cycles{0};
-  std::uint64_t send_failures{0};   ///< Sends that the bus refused in part or in whole
-  std::uint64_t foreign_frames{0};  ///< from nodes that are not ours
-};
-
 class Master {
  public:
   /// Throws std::invalid_argument with name, value and bound. `bus` must outlive the master.

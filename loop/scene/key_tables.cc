@@ -250,8 +250,7 @@ std::string WithKeyTables(const Catalogue& catalogue, std::string_view page) {
       }
     }
     out += page.substr(at, parts_end + kBeginEnd.size() - at);
-    out += "\n" + KeyTable(catalogue, parts) + "\n";
-    out += kEnd;
+    out += fmt::format("\n{}\n{}", KeyTable(catalogue, parts), kEnd);
     at = end + kEnd.size();
   }
   if (!missing.empty()) {

@@ -75,11 +75,4 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
   return ParseScene(ReadTextFile(file), file.filename().string(), file.parent_path(), overrides);
 }
 
-Catalogue SceneCatalogue() {
-  return MakeCatalogue([](schema::Visitor& v) {
-    Scene scene;
-    Describe(v, scene);
-  });
-}
-
 }  // namespace mantle::scene

@@ -9,7 +9,6 @@
 
 #include "controller/options.h"
 #include "loop/options.h"
-#include "loop/scene/catalogue.h"
 #include "loop/scene/toml_document.h"
 #include "model/robot.h"
 #include "model/simulation.h"
@@ -57,8 +56,5 @@ Scene LoadScene(const std::filesystem::path& file, const std::vector<std::string
 Scene ParseScene(std::string_view toml, const std::string& name,
                  const std::filesystem::path& directory = ".",
                  const std::vector<std::string>& overrides = {});
-
-/// Every key that a scene may have.
-Catalogue SceneCatalogue();
 
 }  // namespace mantle::scene

@@ -40,21 +40,32 @@ void Describe(Visitor& v, Scene& scene) {
          &extends);
   scene.robot.name = scene.name;
   Describe(v, scene.robot);
-  scene.has_time =
-      v.Table(Optional({.name = "time", .meaning = "[time]", .also = "needed by `mantle run`"}),
-              [&](Visitor& t) { model::DescribeTime(t, scene.run); });
-  v.Table({"output", "[output]"}, [&](Visitor& t) { model::DescribeOutput(t, scene.run); });
-  scene.has_statics = v.Object(Optional({"statics", "[statics]"}), &scene.statics);
-  v.Table({"reduced", "[reduced]"}, [&](Visitor& t) { Describe(t, scene.robot, scene.reduction); });
+  scene.has_time = v.Table(
+      Optional({.name = "time", .meaning = "a run in time", .also = "needed by `mantle run`"}),
+      [&](Visitor& t) { model::DescribeTime(t, scene.run); });
+  v.Table({"output", "what a run writes"},
+          [&](Visitor& t) { model::DescribeOutput(t, scene.run); });
+  scene.has_statics =
+      v.Object(Optional({"statics", "an equilibrium, for `mantle static`"}), &scene.statics);
+  v.Table({"reduced", "the reduced model"},
+          [&](Visitor& t) { Describe(t, scene.robot, scene.reduction); });
   if (v.Has("control")) DemandMotors(v, &scene);
   controller::ControlOptions control;
-  if (v.Table(Optional({.name = "control", .meaning = "[control]", .also = "cables to pull"}),
+  if (v.Table(Optional({.name = "control", .meaning = "a closed loop", .also = "cables to pull"}),
               [&](Visitor& t) { Describe(t, scene.robot, scene.reduction.actuators, control); })) {
     scene.control = control;
   }
-  v.Object({"drives", "[drives]"}, &scene.drives);
-  v.Object({"sensors", "[sensors]"}, &scene.sensors);
-  v.Object({"mismatch", "[mismatch]"}, &scene.mismatch);
+  v.Object({"drives", "CANopen drives and cables of a closed loop"}, &scene.drives);
+  v.Object({"sensors", "standard deviations of white noise on what is measured; none by default"},
+           &scene.sensors);
+  v.Object({"mismatch", "factors on the plant that the controller does not know"}, &scene.mismatch);
+}
+
+Catalogue SceneCatalogue() {
+  return MakeCatalogue([](schema::Visitor& v) {
+    Scene scene;
+    Describe(v, scene);
+  });
 }
 
 }  // namespace mantle::scene

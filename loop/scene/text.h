@@ -17,7 +17,7 @@ bool IsName(std::string_view text);
 std::string NameFrom(std::string_view text);
 
 /// For a message of one line: at most 120 bytes, control characters and bytes that are not UTF-8
-/// as \xNN.
+/// as `\xNN`.
 std::string Printable(std::string_view text);
 
 }  // namespace mantle::scene

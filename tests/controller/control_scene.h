@@ -7,6 +7,8 @@
 #include "controller/controller.h"
 #include "controller/gait.h"
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
+#include "tests/support/paths.h"
 
 /// A shipped control scene made small: its reduced model, reference and a trajectory with some
 /// motion in it, for tests of the controller.
@@ -15,7 +17,7 @@ namespace mantle::tests {
 
 struct ControlScene {
   explicit ControlScene(const std::string& name, std::vector<std::string> overrides = {})
-      : scene(scene::LoadScene(std::string(MANTLE_SOURCE_DIR "/scenes/") + name, overrides)),
+      : scene(scene::LoadScene(tests::SourcePath("scenes/") + name, overrides)),
         model(scene.robot, scene.reduction),
         step{scene.reduction.scheme, 1e-10},
         reference(scene.control->goal, scene.robot),
@@ -56,7 +58,7 @@ struct ControlScene {
   }
 
   scene::Scene scene;
-  reduced::ReducedModel model;
+  reduced::ReducedPlant model;
   reduced::StepSettings step;
   controller::Reference reference;
   controller::Propagator propagator;

@@ -6,7 +6,7 @@
 #include <deque>
 #include <limits>
 
-#include "controller/sensors.h"
+#include "loop/plant_side/sensor_model.h"
 #include "reduced/outputs.h"
 #include "tests/controller/reduced_truth.h"
 #include "tests/support/allocation_counter.h"
@@ -17,9 +17,10 @@ namespace {
 using tests::kPeriod_s;
 using tests::Truth;
 
-Estimator MakeEstimator(const Truth& truth, const EstimatorOptions& options = {},
-                        const SensorOptions& sensors = {}) {
-  return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
+ModelEstimator Make(const Truth& truth, const EstimatorOptions& options = {},
+                    const SensorOptions& sensors = {}) {
+  return ModelEstimator(
+      {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors});
 }
 
 double Error(const ReducedState& a, const ReducedState& b) {
@@ -32,7 +33,7 @@ TEST(Estimator, DirectWithDelayIsTheTruthWhereTheModelIsExact) {
   Truth truth("steer.toml");
   EstimatorOptions options;
   options.disturbance = false;
-  Estimator estimator = MakeEstimator(truth, options);
+  ModelEstimator estimator = Make(truth, options);
   estimator.Start(truth.state);
   std::deque<ReducedState> way = {truth.state};
   constexpr int kDelay = 4;
@@ -53,7 +54,7 @@ TEST(Estimator, DirectWithDelayIsTheTruthWhereTheModelIsExact) {
 
 TEST(Estimator, DirectTakesAFreshMeasurementAsItIs) {
   Truth truth("reach.toml");
-  Estimator estimator = MakeEstimator(truth);
+  ModelEstimator estimator = Make(truth);
   estimator.Start(InitialState(truth.world.model));
   truth.Advance(truth.NoBias());
   estimator.Update(truth.state.time_s, truth.u, &truth.state);
@@ -66,7 +67,7 @@ TEST(Estimator, ADelayedMeasurementCorrectsAWrongStart) {
   Truth truth("steer.toml");
   EstimatorOptions options;
   options.disturbance = false;
-  Estimator estimator = MakeEstimator(truth, options);
+  ModelEstimator estimator = Make(truth, options);
   ReducedState wrong = InitialState(truth.world.model);
   wrong.time_s = truth.state.time_s;
   estimator.Start(wrong);
@@ -95,10 +96,10 @@ TEST(Estimator, ObserverReducesNoiseAndFollows) {
   noise.strain = 0.1;
   noise.strain_rate = 0.2;
   noise.mantle = noise.mantle_rate = 0.02;
-  Sensors sensors(truth.world.model, noise);
+  loop::SensorModel sensors(truth.world.model, noise);
   EstimatorOptions options;
   options.observer = true;
-  Estimator observer = MakeEstimator(truth, options, noise);
+  ModelEstimator observer = Make(truth, options, noise);
   observer.Start(truth.state);
   const int n = truth.world.model.velocity_count();
   VectorX d(2 * n), raw = VectorX::Zero(2 * n), filtered = raw;
@@ -127,7 +128,7 @@ TEST(Estimator, AMeasurementThatIsNotFiniteIsIgnored) {
     Truth truth("steer.toml");
     EstimatorOptions options;
     options.observer = observer;
-    Estimator estimator = MakeEstimator(truth, options);
+    ModelEstimator estimator = Make(truth, options);
     estimator.Start(truth.state);
     for (int i = 0; i < 5; ++i) {
       truth.Advance(truth.NoBias());
@@ -158,7 +159,7 @@ TEST(Estimator, ObserverWithDelayAndLossesIsTheTruthWhereTheModelIsExact) {
   EstimatorOptions options;
   options.observer = true;
   options.disturbance = false;
-  Estimator estimator = MakeEstimator(truth, options);
+  ModelEstimator estimator = Make(truth, options);
   estimator.Start(truth.state);
   std::deque<ReducedState> way = {truth.state};
   constexpr int kDelay = 2;
@@ -180,7 +181,7 @@ TEST(Estimator, AllocatesNothingAfterTheFirstSeconds) {
     Truth truth("steer.toml");
     EstimatorOptions options;
     options.observer = observer;
-    Estimator estimator = MakeEstimator(truth, options);
+    ModelEstimator estimator = Make(truth, options);
     estimator.Start(truth.state);
     ReducedState late = truth.state;
     for (int i = 0; i < 160; ++i) {
@@ -201,7 +202,7 @@ TEST(Estimator, HasNoDisturbanceWhereItIsNotWanted) {
   off.disturbance = false;
   for (const bool observer : {false, true}) {
     off.observer = observer;
-    Estimator estimator = MakeEstimator(truth, off);
+    ModelEstimator estimator = Make(truth, off);
     estimator.Start(truth.state);
     for (int i = 0; i < 20; ++i) {
       truth.Advance(VectorX::Constant(truth.u.size(), 0.05));

@@ -6,12 +6,13 @@
 #include <numbers>
 
 #include "loop/scene/scene.h"
+#include "tests/support/paths.h"
 
 namespace mantle::controller {
 namespace {
 
 scene::Scene Load(const std::string& name) {
-  return scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/" + name);
+  return scene::LoadScene(tests::SourcePath("scenes/") + name);
 }
 
 class PathReference : public testing::Test {

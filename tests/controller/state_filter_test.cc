@@ -5,7 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "controller/sensors.h"
+#include "loop/plant_side/sensor_model.h"
 #include "reduced/outputs.h"
 #include "tests/controller/reduced_truth.h"
 
@@ -144,7 +144,7 @@ TEST(StateFilter, IsNotSurerThanItIsRight) {
   Truth truth("steer.toml");
   const SensorOptions noise = Noise();
   StateFilter filter = MakeFilter(truth, {}, noise);
-  Sensors sensors(truth.world.model, noise);
+  loop::SensorModel sensors(truth.world.model, noise);
   filter.Start(truth.state);
   const int n = static_cast<int>(2 * truth.state.v.size());
   VectorX error(n), squares = VectorX::Zero(n);

@@ -5,6 +5,7 @@
 
 #include "controller/controller.h"
 #include "tests/loop/vehicles.h"
+#include "reduced/build/reduced_plant.h"
 
 /// What the tests of the steering controllers steer: the swimming vehicle along a path, at cruise,
 /// and the clamped arm whose tip goes round.
@@ -45,7 +46,7 @@ struct Steered {
         reference(goal, robot) {}
   controller::ControllerParts parts() const { return {model, step, options, reference}; }
 
-  reduced::ReducedModel model;
+  reduced::ReducedPlant model;
   reduced::StepSettings step{reduced::StepScheme::kBackwardEuler, 1e-8};
   ControlOptions options;
   controller::Reference reference;

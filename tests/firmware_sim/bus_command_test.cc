@@ -11,13 +11,14 @@
 #include "firmware_sim/bus/candump_log.h"
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/vcan.h"
+#include "tests/support/paths.h"
 
 // The program `mantle bus`, as a user types it.
 
 namespace mantle::firmware_sim {
 namespace {
 
-const std::string kMantle = MANTLE_BINARY_DIR "/mantle";
+const std::string kMantle = tests::BinaryPath("mantle");
 
 struct Outcome {
   int status;

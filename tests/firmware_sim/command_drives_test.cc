@@ -5,6 +5,8 @@
 #include <cstdio>
 #include <string>
 
+#include "tests/support/paths.h"
+
 /// The program `mantle drives` as a user meets it: exit status and messages. What it does on a bus
 /// is tested in process and on a real vcan.
 
@@ -16,7 +18,7 @@ struct Outcome {
 };
 
 Outcome RunProgram(const std::string& arguments) {
-  const std::string command = MANTLE_BINARY_DIR "/mantle drives " + arguments + " 2>&1";
+  const std::string command = mantle::tests::BinaryPath("mantle drives ") + arguments + " 2>&1";
   Outcome outcome;
   FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;

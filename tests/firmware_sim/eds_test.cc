@@ -5,11 +5,13 @@
 #include <fstream>
 #include <sstream>
 
+#include "tests/support/paths.h"
+
 namespace mantle::firmware_sim {
 namespace {
 
 TEST(Eds, TheShippedFileIsTheGeneratedOne) {
-  std::ifstream file(MANTLE_SOURCE_DIR "/firmware_sim/mantle_drive.eds");
+  std::ifstream file(tests::SourcePath("firmware_sim/canopen/mantle_drive.eds"));
   std::stringstream text;
   text << file.rdbuf();
   EXPECT_EQ(text.str(), MakeEds())

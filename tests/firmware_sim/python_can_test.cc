@@ -8,6 +8,7 @@
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/real_time_master.h"
 #include "tests/firmware_sim/vcan.h"
+#include "tests/support/paths.h"
 
 // python-can (Debian's python3-can) on the multicast transport. Needs no vcan, but a machine whose
 // multicast stays inside: tools/vcan_run gives one.
@@ -24,7 +25,7 @@ TEST(PythonCan, ExchangesTheSameFramesWithUs) {
   const std::string output = ::testing::TempDir() + "mantle_python_can_test.out";
   auto bus = OpenUdpMulticastBus(UdpMulticastAddress{});
   Process peer(
-      {kPython, MANTLE_SOURCE_DIR "/tests/firmware_sim/python_can_peer.py", std::to_string(kPort)},
+      {kPython, tests::SourcePath("tests/firmware_sim/python_can_peer.py"), std::to_string(kPort)},
       output);
   const auto hello = DrainUntil(*bus, 4, 20 * kSecond_us);
   ASSERT_EQ(hello.size(), 4U);
@@ -61,7 +62,7 @@ TEST(PythonCan, ExchangesTheSameFramesWithUs) {
 TEST(PythonCan, ReadsADriveByHandWhileOurMasterRunsIt) {
   const std::string spec = "udp:239.74.163.2:" + std::to_string(kPort);
   const std::string output = ::testing::TempDir() + "mantle_python_can_test.out";
-  Process drives({MANTLE_BINARY_DIR "/mantle", "drives", "--bus", spec, "--nodes", "2"}, output);
+  Process drives({tests::BinaryPath("mantle"), "drives", "--bus", spec, "--nodes", "2"}, output);
   RealTimeMaster rig(spec, PatientNodesOneTo(2));
   rig.Enable();
   ASSERT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);

@@ -16,6 +16,7 @@
 #include "tests/firmware_sim/frames.h"
 #include "tests/firmware_sim/real_time_master.h"
 #include "tests/firmware_sim/vcan.h"
+#include "tests/support/paths.h"
 
 // `mantle drives` in a process of its own, on vcan0, with our master and with can-utils. Run where
 // vcan0 exists: tools/vcan_run build/tests/test_firmware_sim_vcan_drives
@@ -37,7 +38,7 @@ class VcanDrives : public ::testing::Test {
   }
 
   static std::vector<std::string> DrivesCommand(int count, int first_node = 1) {
-    return {MANTLE_BINARY_DIR "/mantle",
+    return {tests::BinaryPath("mantle"),
             "drives",
             "--bus",
             kSpec,
@@ -142,7 +143,7 @@ TEST_F(VcanDrives, CansendCommandsThemAndCandumpSeesTheAnswers) {
 
 TEST_F(VcanDrives, TheMonitorSaysWhatHappensInWordsAndRecordsIt) {
   const std::string record = output_ + ".log";
-  Process monitor({MANTLE_BINARY_DIR "/mantle", "bus", "monitor", "--bus", kSpec, "--duration", "3",
+  Process monitor({tests::BinaryPath("mantle"), "bus", "monitor", "--bus", kSpec, "--duration", "3",
                    "--record", record},
                   output_);
   SleepFor(kSecond_us / 3);  // it says nothing when it is ready

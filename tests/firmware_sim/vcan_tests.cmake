@@ -7,14 +7,9 @@ endif()
 # tools/vcan_run, directly or inside User-Mode Linux. LIMIT counts inside. It has the machine to
 # itself: its time limits are those of the wall clock.
 function(mantle_vcan_test name)
-  cmake_parse_arguments(ARG "" "LIMIT" "LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "" "LIMIT" "" ${ARGN})
   string(REPLACE "." "_" target "test_${name}")
-  add_executable(${target} ${ARG_UNPARSED_ARGUMENTS})
-  set_target_properties(${target} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_compile_definitions(${target} PRIVATE MANTLE_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-    MANTLE_BINARY_DIR="${PROJECT_BINARY_DIR}")
-  target_link_libraries(${target} PRIVATE ${ARG_LIBS} GTest::gtest_main mantle_flags)
+  mantle_test_program(${target} ${ARG_UNPARSED_ARGUMENTS})
   add_test(NAME ${name}
     COMMAND ${PROJECT_SOURCE_DIR}/tools/vcan_run -t ${ARG_LIMIT} -- $<TARGET_FILE:${target}>)
   math(EXPR limit "${ARG_LIMIT} + 40")

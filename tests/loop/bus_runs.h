@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "firmware_sim/bus/candump_log.h"
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 
 /// One second of a two-motor vehicle on a named bus, and what it must have in common with the same
@@ -36,7 +36,7 @@ inline BusRun RunOn(const std::string& bus) {
     firmware_sim::CandumpWriter writer(log, "bus0");
     Vehicle vehicle(plant, tests::LoopRun(), {tests::CableMotor("a", 0), tests::CableMotor("b", 2)},
                     {.bus = bus}, {.record = &writer});
-    model::StepStatus status = vehicle.BringUp();
+    Status status = vehicle.BringUp();
     for (int k = 0; k < 100 && status.ok; ++k) {
       MotorCommand commands[2];
       for (int i = 0; i < 2; ++i) {

@@ -31,7 +31,7 @@ TEST(Bus, FramesOfOthersDoNotChangeTheRun) {
   for (int k = 0; k < 20; ++k) {
     bystander->Send({&noise, 1});
     const MotorCommand command{40};
-    const model::StepStatus status = vehicle.Cycle({&command, 1});
+    const Status status = vehicle.Cycle({&command, 1});
     ASSERT_TRUE(status.ok) << status.reason;
   }
   EXPECT_EQ(vehicle.report(0).tpdo1_late, 0U);

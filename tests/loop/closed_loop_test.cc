@@ -6,13 +6,14 @@
 #include <vector>
 
 #include "loop/scene/scene.h"
+#include "tests/support/paths.h"
 
 namespace mantle::loop {
 namespace {
 
 scene::Scene Reach(std::vector<std::string> overrides = {}) {
   overrides.push_back("time.duration=0.5");
-  return scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/reach.toml", overrides);
+  return scene::LoadScene(tests::SourcePath("scenes/reach.toml"), overrides);
 }
 constexpr int kCycles = 50, kCyclesPerPlan = 5;
 
@@ -40,9 +41,10 @@ TEST(ClosedLoop, AnObserverMayEndTheRunAndTheDrivesAreTakenDown) {
   const LoopResult r = loop.Run([](const LoopStep& step) { return step.time_s < 0.2 - 1e-9; });
   EXPECT_TRUE(r.ok) << r.reason;
   EXPECT_EQ(r.cycles, 20);
-  EXPECT_TRUE(loop.vehicle().stopped());
-  for (int i = 0; i < loop.vehicle().motor_count(); ++i) {
-    EXPECT_EQ(loop.vehicle().report(i).step, firmware_sim::DriveStep::kStopped);
+  const MotorMaster& motors = loop.control_side().motors();
+  EXPECT_TRUE(motors.stopped());
+  for (int i = 0; i < motors.motor_count(); ++i) {
+    EXPECT_EQ(motors.report(i).step, firmware_sim::DriveStep::kStopped);
   }
 }
 

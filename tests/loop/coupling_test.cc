@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 
 /// Drives and plant advance by turns: what that costs, and that it falls with the step.
@@ -48,7 +48,7 @@ struct Swim {
     EXPECT_TRUE(status.ok) << status.reason;
   }
   Vehicle vehicle;
-  model::StepStatus status;
+  Status status;
   std::vector<double> tension_n;
 };
 
@@ -97,7 +97,7 @@ TEST(Coupling, AStiffCableStaysAtRestWhereItWasPulled) {
   ASSERT_TRUE(vehicle.BringUp().ok);
   for (int k = 0; k < 500; ++k) {
     const MotorCommand command = Pull(vehicle, std::min(0.005 * k, 0.5), k < 100 ? 1.0 : 0.0);
-    const model::StepStatus status = vehicle.Cycle({&command, 1});
+    const Status status = vehicle.Cycle({&command, 1});
     ASSERT_TRUE(status.ok) << status.reason;
   }
   // The arm's own swing lasts; drum and cable must not feed it.

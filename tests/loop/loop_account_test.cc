@@ -5,6 +5,8 @@
 #include <cmath>
 
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
+#include "tests/support/paths.h"
 
 namespace mantle::loop {
 namespace {
@@ -17,7 +19,7 @@ constexpr double kRoundOff = 1e-12;
 
 struct Bench {
   explicit Bench(const std::string& name, const std::vector<std::string>& overrides = {})
-      : scene(scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/" + name + ".toml", overrides)),
+      : scene(scene::LoadScene(tests::SourcePath("scenes/") + name + ".toml", overrides)),
         reduced(scene.robot, scene.reduction),
         plant(scene.robot),
         reference(scene.control->goal, scene.robot),
@@ -34,7 +36,7 @@ struct Bench {
   }
 
   scene::Scene scene;
-  reduced::ReducedModel reduced;
+  reduced::ReducedPlant reduced;
   model::Plant plant;
   controller::Reference reference;
   LoopAccount account;

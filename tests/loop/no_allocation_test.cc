@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 #include "tests/support/allocation_counter.h"
 

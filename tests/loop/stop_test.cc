@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 
 /// How a run ends: by Stop, or by a controller that no longer talks.
@@ -29,7 +29,7 @@ void PullHard(Vehicle& vehicle) {
     const auto torque =
         static_cast<std::int16_t>(std::lround(TensionToTorque(vehicle.winch_map(), 0.01 * k, 1.0)));
     commands[kBendingMotor].torque_permille = commands[kMantleMotor].torque_permille = torque;
-    const model::StepStatus status = vehicle.Cycle(commands);
+    const Status status = vehicle.Cycle(commands);
     ASSERT_TRUE(status.ok) << status.reason;
   }
   ASSERT_GT(vehicle.drum_tension_n(kBendingMotor), 0.4);
@@ -44,7 +44,7 @@ TEST(Stop, RampsTheTensionsLetsTheBodyStraightenAndStopsTheNodes) {
   Vehicle vehicle(plant, LoopRun(), FiveMotors(), {});
   PullHard(vehicle);
   const double before_m = vehicle.length_m(kMantleMotor);
-  const model::StepStatus status = vehicle.Stop();
+  const Status status = vehicle.Stop();
   ASSERT_TRUE(status.ok) << status.reason;
   for (int i = 0; i < vehicle.motor_count(); ++i) {
     EXPECT_EQ(vehicle.report(i).step, DriveStep::kStopped);
@@ -68,7 +68,7 @@ TEST(Stop, AMotorNeverKeepsPullingBecauseSomebodyStoppedTalking) {
   int slack_after = -1;
   double later_n = 0;
   for (int k = 0; k < 400; ++k) {
-    const model::StepStatus status = vehicle.CycleWithoutMaster();
+    const Status status = vehicle.CycleWithoutMaster();
     ASSERT_TRUE(status.ok) << status.reason;
     const double highest_n =
         std::max(vehicle.drum_tension_n(kBendingMotor), vehicle.drum_tension_n(kMantleMotor));
@@ -99,7 +99,7 @@ TEST(Stop, AControllerThatComesBackFindsTheFaultReported) {
   PullHard(vehicle);
   for (int k = 0; k < 100; ++k) ASSERT_TRUE(vehicle.CycleWithoutMaster().ok);
   const MotorCommand commands[5] = {};
-  const model::StepStatus status = vehicle.Cycle(commands);
+  const Status status = vehicle.Cycle(commands);
   EXPECT_TRUE(status.ok) << status.reason;  // the plant goes on; the drives say what happened
   bool reported = false;
   for (const auto& record : vehicle.report(kBendingMotor).emcy) {

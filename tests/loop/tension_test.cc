@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "controller/tension_loop.h"
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 #include "tests/loop/vehicles.h"
 
 /// The tension that cables really have under TensionLoop, on the free-swimming robot of the control
@@ -47,7 +47,7 @@ std::vector<double> TrackingError(double stiffness_n_m, double noise_m) {
   model::RunSettings run = LoopRun();
   run.account_energy = false;
   Vehicle vehicle(plant, run, FiveMotors(), drives);
-  const model::StepStatus up = vehicle.BringUp();
+  const Status up = vehicle.BringUp();
   EXPECT_TRUE(up.ok) << up.reason;
   const int motors = vehicle.motor_count();
   std::vector<TensionLoop> loops(
@@ -69,7 +69,7 @@ std::vector<double> TrackingError(double stiffness_n_m, double noise_m) {
            vehicle.ReportedRate_m_s(i)});
       commands[i].torque_permille = static_cast<std::int16_t>(std::lround(torque));
     }
-    const model::StepStatus status = vehicle.Cycle(commands);
+    const Status status = vehicle.Cycle(commands);
     EXPECT_TRUE(status.ok) << status.reason;
     if (!status.ok) break;
     for (int i = 0; i < motors; ++i) {

@@ -21,7 +21,7 @@ TEST(VcanBus, ALinkThatGoesDownIsAnErrorThatNamesTheBus) {
   ASSERT_TRUE(vehicle.BringUp().ok);
   firmware_sim::Shell("ip link set vcan0 down");
   const MotorCommand command{40};
-  model::StepStatus status;
+  Status status;
   for (int k = 0; k < 10 && status.ok; ++k) status = vehicle.Cycle({&command, 1});
   firmware_sim::Shell("ip link set vcan0 up");
   EXPECT_FALSE(status.ok);

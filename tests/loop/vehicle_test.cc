@@ -1,4 +1,4 @@
-#include "loop/vehicle.h"
+#include "tests/loop/vehicle.h"
 
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ TEST(Vehicle, BringUpEndsWithEveryCableAtItsPretensionAndThePlantUntouched) {
     DriveOptions drives;
     drives.cable_stiffness_n_m = stiffness;
     Vehicle vehicle(plant, LoopRun(), {CableMotor("a", 0), CableMotor("b", 2)}, drives);
-    const model::StepStatus status = vehicle.BringUp();
+    const Status status = vehicle.BringUp();
     ASSERT_TRUE(status.ok) << status.reason;
     EXPECT_EQ(vehicle.time_us(), 0);
     EXPECT_EQ(vehicle.state().velocity.norm(), 0.0);
@@ -55,7 +55,7 @@ TEST(Vehicle, APulledCableBendsTheArmWithTheTensionThatItsTorqueSays) {
   for (int k = 0; k < 50; ++k) {
     const double wanted_n = 0.01 * k;
     const MotorCommand commands[] = {Pull(vehicle, wanted_n, 1.0), Pull(vehicle, 0.0, -1.0)};
-    const model::StepStatus status = vehicle.Cycle(commands);
+    const Status status = vehicle.Cycle(commands);
     ASSERT_TRUE(status.ok) << status.reason;
     // While it reels in the friction is known; half a step of the ramp and the drum's ringing on
     // its cable remain.
@@ -109,7 +109,7 @@ TEST(Vehicle, BringUpNamesTheDriveThatFails) {
   VehicleOptions options;
   options.supervisor.settings.max_torque_permille = 5;  // cannot even start its rotor
   Vehicle vehicle(plant, LoopRun(), {CableMotor("a", 0), CableMotor("b", 2)}, {}, options);
-  const model::StepStatus status = vehicle.BringUp();
+  const Status status = vehicle.BringUp();
   EXPECT_FALSE(status.ok);
   EXPECT_NE(status.reason.find("node 1"), std::string::npos) << status.reason;
 }

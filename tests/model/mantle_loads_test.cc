@@ -31,7 +31,7 @@ RigidDragLoad ConeDrag() {
   Robot robot;
   robot.rigid_body = tests::PaperCone();
   robot.effects.rigid_drag = RigidDrag{};
-  return std::get<RigidDragLoad>(MakeRootLoads(robot).at(0));
+  return RigidDragLoad::From(robot).value();
 }
 
 // Tangents of a load on the root against differences in its rotation and twist.

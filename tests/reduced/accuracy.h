@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "model/statics.h"
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 #include "tests/reduced/reduced_robots.h"
 
 /// Errors of the reduced model against the plant on a fine mesh, at the same effects: what the
@@ -64,7 +64,7 @@ inline model::Robot MantleAlone(model::Schedule pressure) {
 
 /// Equilibrium under the loads at t = 0, by backward Euler steps so long that only statics is left.
 /// Throws std::runtime_error where it does not settle.
-inline reduced::ReducedState Settle(const reduced::ReducedModel& m) {
+inline reduced::ReducedState Settle(const reduced::ReducedPlant& m) {
   constexpr int kSteps = 400;
   constexpr double kLongest_s = 100.0, kStill = 1e-9;  // rates, in 1/s of each coordinate's unit
   reduced::StepSettings settings;
@@ -87,7 +87,7 @@ inline reduced::ReducedState Settle(const reduced::ReducedModel& m) {
   throw std::runtime_error("the reduced model does not settle");
 }
 
-inline model::PlantState Lifted(const reduced::ReducedModel& m, const reduced::ReducedState& s) {
+inline model::PlantState Lifted(const reduced::ReducedPlant& m, const reduced::ReducedState& s) {
   reduced::Projection projection(m);
   model::PlantState lifted = InitialState(m.plant);
   projection.Lift(s, &lifted);
@@ -105,7 +105,7 @@ inline model::PlantState FullEquilibrium(const model::Robot& robot) {
 /// Of the tip, relative to the arm's length.
 inline double StaticTipError(const model::Robot& robot, const Reduction& reduction,
                              const model::PlantState& full) {
-  const reduced::ReducedModel m(robot, reduction);
+  const reduced::ReducedPlant m(robot, reduction);
   return (Lifted(m, Settle(m)).pose.back().position - full.pose.back().position).norm() /
          robot.arms[0].length_m;
 }
@@ -113,7 +113,7 @@ inline double StaticTipError(const model::Robot& robot, const Reduction& reducti
 /// Of the enclosed volume, relative to its change.
 inline double StaticVolumeError(const model::Robot& robot, const Reduction& reduction,
                                 const model::PlantState& full) {
-  const reduced::ReducedModel m(robot, reduction);
+  const reduced::ReducedPlant m(robot, reduction);
   const double volume = model::ShellVolume(full.shape);
   return std::abs(model::ShellVolume(Lifted(m, Settle(m)).shape) - volume) /
          std::abs(volume - m.plant.shell->rest_volume_m3);
@@ -146,7 +146,7 @@ struct RunErrors {
 };
 inline RunErrors ErrorsOfRun(const model::Robot& robot, const Reduction& reduction, double step_s,
                              const std::vector<model::Sample>& full) {
-  const reduced::ReducedModel m(robot, reduction);
+  const reduced::ReducedPlant m(robot, reduction);
   reduced::ReducedRunSettings settings;
   settings.duration_s = full.back().time_s;
   settings.step_s = step_s;

@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "loop/scene/scene.h"
+#include "reduced/build/reduced_plant.h"
+#include "tests/support/paths.h"
 
 namespace mantle::reduced {
 namespace {
@@ -91,9 +93,9 @@ TEST(ReducedAccuracy, VibrationModesAloneMissThePulse) {
 }
 
 TEST(ReducedAccuracy, VehicleSwimsThePapersPathWithinFivePercent) {
-  const scene::Scene scene = scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml",
+  const scene::Scene scene = scene::LoadScene(tests::SourcePath("scenes/paper.toml"),
                                               {"mantle.elements=128", "arms.arm.elements=80"});
-  const ReducedModel model(scene.robot, scene.reduction);
+  const ReducedPlant model(scene.robot, scene.reduction);
   ASSERT_EQ(model.mantle->size, 3);
   ASSERT_EQ(model.arms[0].size(), 4 * 4);
   const auto full = tests::FullRun(scene.robot, scene.run.duration_s);
@@ -106,7 +108,7 @@ TEST(ReducedAccuracy, VehicleSwimsThePapersPathWithinFivePercent) {
 
 TEST(ReducedAccuracy, DefaultShapesSufficeAwayFromTheRunAway) {
   const scene::Scene scene =
-      scene::LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml",
+      scene::LoadScene(tests::SourcePath("scenes/paper.toml"),
                        {"mantle.strips.muscle.pressure.high=250", "reduced.snapshots=0",
                         "reduced.static_pressures=[160, 325]", "time.duration=4"});
   const auto full = tests::FullRun(scene.robot, 4.0);

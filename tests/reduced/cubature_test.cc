@@ -1,4 +1,4 @@
-#include "reduced/cubature.h"
+#include "reduced/build/cubature.h"
 
 #include <gtest/gtest.h>
 

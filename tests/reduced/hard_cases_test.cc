@@ -4,7 +4,7 @@
 #include <numbers>
 #include <string>
 
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 #include "tests/reduced/reduced_robots.h"
 #include "tests/support/gradient_checker.h"
 
@@ -17,7 +17,7 @@ namespace {
 using model::PlantInputs;
 using tests::RandomReducedState;
 
-PlantInputs SomeInputs(const ReducedModel& model) {
+PlantInputs SomeInputs(const ReducedPlant& model) {
   PlantInputs inputs;
   EvaluateInputs(model.plant, 0.0, false, &inputs);
   for (std::size_t i = 0; i < inputs.cables.size(); ++i) {
@@ -36,7 +36,7 @@ bool AllFinite(const StepJacobian& j) {
 }
 
 // One step: finite, with finite derivatives, or refused in words. Returns whether it succeeded.
-bool SaneStep(const ReducedModel& model, const ReducedState& from, double h, ReducedState* to) {
+bool SaneStep(const ReducedPlant& model, const ReducedState& from, double h, ReducedState* to) {
   StepWork work(model);
   StepJacobian jacobian(model);
   const PlantInputs inputs = SomeInputs(model);
@@ -55,7 +55,7 @@ bool SaneStep(const ReducedModel& model, const ReducedState& from, double h, Red
 void ExpectRuns(const model::Robot& robot, const Reduction& reduction, double size,
                 const std::string& what) {
   SCOPED_TRACE(what);
-  const ReducedModel model(robot, reduction);
+  const ReducedPlant model(robot, reduction);
   ReducedState s = RandomReducedState(model, size, 3), next = s;
   double t = 0, h = 0.05;
   for (int tries = 0; t < 1.0 - 1e-9; ++tries) {
@@ -92,7 +92,7 @@ TEST(ReducedHardCases, SoftMantleUnderAPressureBeyondItsCollapseIsRefusedOrFinit
   soft.mantle->material.young_pa *= 0.01;  // 200 Pa is then 40 times the collapse load
   Reduction r;
   r.mantle.static_pressures_pa = {1.6, 3.25};
-  const ReducedModel model(soft, r);
+  const ReducedPlant model(soft, r);
   ReducedState s = RandomReducedState(model, 0.3, 3), next = s;
   for (int i = 0; i < 20; ++i) {
     if (!SaneStep(model, s, 0.05, &next)) return;
@@ -118,7 +118,7 @@ TEST(ReducedHardCases, FullTaper) {
   }
   model::Robot point = Vehicle();
   point.arms[0].radius_tip_m = 0.0;
-  EXPECT_THROW(ReducedModel(point, {}), model::BadRobot);
+  EXPECT_THROW(ReducedPlant(point, {}), model::BadRobot);
 }
 
 TEST(ReducedHardCases, StrainThroughPiAndTwoPiPerSegment) {
@@ -128,7 +128,7 @@ TEST(ReducedHardCases, StrainThroughPiAndTwoPiPerSegment) {
     r.arms[0].basis = kind;
     r.arms[0].segments = 2;
     r.arms[0].degree = 1;
-    const ReducedModel model(Vehicle(), r);
+    const ReducedPlant model(Vehicle(), r);
     for (double turn : {kPi, 2 * kPi, 6 * kPi}) {
       for (double off : {-1e-3, -1e-8, 0.0, 1e-8, 1e-3}) {
         SCOPED_TRACE(turn + off);
@@ -145,7 +145,7 @@ TEST(ReducedHardCases, StrainThroughPiAndTwoPiPerSegment) {
 TEST(ReducedHardCases, NothingJumpsAtPiAndTwoPi) {
   Reduction r;
   r.arms[0].segments = 2;
-  const ReducedModel model(Vehicle(), r);
+  const ReducedPlant model(Vehicle(), r);
   ReducedWork work(model);
   const PlantInputs inputs = SomeInputs(model);
   const model::VectorX a = tests::RandomVector(model.velocity_count(), 6);
@@ -165,17 +165,17 @@ TEST(ReducedHardCases, NothingJumpsAtPiAndTwoPi) {
 
 // Drag is |u| u: its derivative at rest is zero, and the limit of those nearby.
 TEST(ReducedHardCases, ZeroVelocityHasFiniteDragDerivatives) {
-  const ReducedModel model(Vehicle(), {});
+  const ReducedPlant model(Vehicle(), {});
   model::Robot dry_robot = Vehicle();
   dry_robot.effects.drag = false;
   dry_robot.effects.lateral_drag.reset();
   dry_robot.effects.roll_drag.reset();
   dry_robot.effects.rigid_drag.reset();
-  const ReducedModel dry(dry_robot, {});
+  const ReducedPlant dry(dry_robot, {});
   const int n = model.velocity_count();
   const model::VectorX zero = model::VectorX::Zero(n);
   const PlantInputs inputs = SomeInputs(model);
-  const auto damping = [&](const ReducedModel& m, double speed) -> Eigen::MatrixXd {
+  const auto damping = [&](const ReducedPlant& m, double speed) -> Eigen::MatrixXd {
     ReducedState s = RandomReducedState(m, 0.3, 8);
     s.v *= speed;
     ReducedWork work(m);
@@ -198,7 +198,7 @@ TEST(ReducedHardCases, ZeroVelocityHasFiniteDragDerivatives) {
 }
 
 TEST(ReducedHardCases, MantleVolumeNearZeroIsFiniteOrRefusedWithAReason) {
-  const ReducedModel model(Vehicle(), {});
+  const ReducedPlant model(Vehicle(), {});
   ReducedState s = InitialState(model), next = s;
   ReducedWork work(model);
   ReducedJacobians jacobians(model);
@@ -231,7 +231,7 @@ TEST(ReducedHardCases, MantleVolumeNearZeroIsFiniteOrRefusedWithAReason) {
 }
 
 TEST(ReducedHardCases, NotANumberIsRefused) {
-  const ReducedModel model(Vehicle(), {});
+  const ReducedPlant model(Vehicle(), {});
   const double nan = std::nan("");
   const int n = model.velocity_count();
   ReducedState to = InitialState(model);

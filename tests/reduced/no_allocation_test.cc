@@ -3,7 +3,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 #include "reduced/step.h"
 #include "tests/reduced/reduced_robots.h"
 
@@ -27,7 +27,7 @@ TEST(NoAllocation, StepWithJacobiansAndLifting) {
   for (BasisKind kind : {BasisKind::kConstant, BasisKind::kLegendre}) {
     Reduction r;
     r.arms[0].basis = kind;
-    const ReducedModel model(tests::ControlRobot(12, 32), r);
+    const ReducedPlant model(tests::ControlRobot(12, 32), r);
     const ReducedState s = tests::RandomReducedState(model, 0.3, 2);
     ReducedState end = s;
     model::PlantInputs inputs;

@@ -1,4 +1,4 @@
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ TEST(Projection, StatesInTheReducedSpaceComeBack) {
     r.arms[0].basis = kind;
     r.arms[0].segments = 3;  // 20 elements: two of them straddle a segment's end
     r.arms[0].degree = 3;
-    const ReducedModel model(tests::ControlRobot(20, 32), r);
+    const ReducedPlant model(tests::ControlRobot(20, 32), r);
     Projection projection(model);
     model::PlantState lifted = InitialState(model.plant);
     for (unsigned seed : {1u, 2u, 3u}) {
@@ -31,7 +31,7 @@ TEST(Projection, StatesInTheReducedSpaceComeBack) {
 }
 
 TEST(Projection, StateOfAnotherPlantIsRefused) {
-  const ReducedModel model(tests::ControlRobot(20, 32), {});
+  const ReducedPlant model(tests::ControlRobot(20, 32), {});
   Projection projection(model);
   ReducedState back;
   EXPECT_TRUE(projection.Project(InitialState(model.plant), &back)) << "and sizes what it fills";
@@ -44,7 +44,7 @@ TEST(Projection, LiftedNodesLieOnTheStrainField) {
   Reduction r;
   r.arms[0].segments = 1;
   r.arms[0].strains = kSixStrains;
-  const ReducedModel model(tests::ControlRobot(10, 24), r);
+  const ReducedPlant model(tests::ControlRobot(10, 24), r);
   ReducedState s = InitialState(model);
   s.q.head<6>() << 1.0, 2.0, -3.0, 0.05, 0.01, -0.02;
   Projection projection(model);

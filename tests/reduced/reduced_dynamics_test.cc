@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "reduced/projection.h"
+#include "reduced/build/projection.h"
 #include "tests/reduced/reduced_robots.h"
 #include "tests/support/gradient_checker.h"
 
@@ -13,7 +13,7 @@ using model::PlantState;
 using model::PlantWork;
 using tests::RandomReducedState;
 
-PlantInputs SomeInputs(const ReducedModel& model) {
+PlantInputs SomeInputs(const ReducedPlant& model) {
   PlantInputs inputs;
   EvaluateInputs(model.plant, 0.0, false, &inputs);
   for (std::size_t i = 0; i < inputs.cables.size(); ++i) {
@@ -32,7 +32,7 @@ struct Projected {
   Eigen::MatrixXd mass;
   double power;  // of that residual on the lifted velocity
 };
-Projected ProjectPlant(const ReducedModel& model, const ReducedState& s,
+Projected ProjectPlant(const ReducedPlant& model, const ReducedState& s,
                        const PlantInputs& inputs) {
   const Plant& plant = model.plant;
   Projection projection(model);
@@ -80,7 +80,7 @@ struct Compared {
   double forces, inertia, power;  ///< relative differences, reduced from plant
 };
 Compared CompareWithPlant(const model::Robot& robot, const Reduction& reduction, unsigned seed) {
-  const ReducedModel model(robot, reduction);
+  const ReducedPlant model(robot, reduction);
   const ReducedState s = RandomReducedState(model, 1.0, seed);
   const PlantInputs inputs = SomeInputs(model);
   const Projected plant = ProjectPlant(model, s, inputs);
@@ -156,7 +156,7 @@ TEST(ReducedDynamics, DerivativesMatchDifferences) {
     reduction.arms[0].basis = kind;
     reduction.arms[0].segments = 3;
     reduction.arms[0].degree = 2;
-    const ReducedModel model(robot, reduction);
+    const ReducedPlant model(robot, reduction);
     const int n = model.velocity_count();
     const ReducedState s = RandomReducedState(model, 1.0, 7);
     const model::VectorX a = tests::RandomVector(n, 3);

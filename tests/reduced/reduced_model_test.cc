@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 #include "tests/reduced/reduced_robots.h"
 
 namespace mantle::reduced {
@@ -14,7 +14,7 @@ model::Robot Vehicle() { return tests::ControlRobot(8, 24); }
 
 void Refused(const model::Robot& robot, const Reduction& r, const std::string& says) {
   try {
-    ReducedModel(robot, r);
+    ReducedPlant(robot, r);
     ADD_FAILURE() << "accepted: " << says;
   } catch (const model::BadRobot& error) {
     EXPECT_NE(std::string(error.what()).find(says), std::string::npos) << error.what();
@@ -77,7 +77,7 @@ TEST(ReducedModel, RefusesActuatorsWithoutATarget) {
 }
 
 TEST(ReducedModel, StateOfTheWrongSizeIsNamedWithItsSizes) {
-  const ReducedModel model(Vehicle(), {});
+  const ReducedPlant model(Vehicle(), {});
   ReducedState s = InitialState(model);
   EXPECT_EQ(SizeComplaint(model, s), "");
   s.q.resize(3);
@@ -103,7 +103,7 @@ TEST(ReducedModel, ArmsMayBeReducedDifferently) {
   r.arms[1].basis = BasisKind::kLegendre;
   r.arms[1].degree = 1;
   r.arms[1].strains = kSixStrains;
-  const ReducedModel model(robot, r);
+  const ReducedPlant model(robot, r);
   EXPECT_EQ(model.arms[0].size(), 8);
   EXPECT_EQ(model.arms[1].size(), 12);
   EXPECT_EQ(model.arm_first(1), 8);
@@ -113,7 +113,7 @@ TEST(ReducedModel, ArmsMayBeReducedDifferently) {
 TEST(ReducedModel, GangedCablesShareOneInput) {
   Reduction r;
   r.actuators = {{"pair", {{Kind::kCable, 0, 1.0}, {Kind::kCable, 2, 0.5}}}};
-  const ReducedModel model(Vehicle(), r);
+  const ReducedPlant model(Vehicle(), r);
   ASSERT_EQ(model.input_count(), 1);
   model::PlantInputs inputs;
   EvaluateInputs(model.plant, 0.0, false, &inputs);

@@ -62,7 +62,7 @@ inline Reduction EquivalentReduction(const model::Robot& robot) {
 }
 
 /// A state in the reduced space: strains of about `size` rad per 0.42 m, mantle within its scale.
-inline reduced::ReducedState RandomReducedState(const reduced::ReducedModel& model, double size,
+inline reduced::ReducedState RandomReducedState(const reduced::ReducedPlant& model, double size,
                                                 unsigned seed) {
   RandomValues random(seed);
   reduced::ReducedState s = InitialState(model);

@@ -1,4 +1,4 @@
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 
 #include <gtest/gtest.h>
 
@@ -12,7 +12,7 @@ TEST(ReducedSimulation, StartsInTheFrameOfTheCurrentAsThePlant) {
   robot.effects.current_m_s = model::Vector3(0.1, -0.05, 0.2);
   robot.root_twist << 0.3, -0.2, 0.1, 0.05, 0.02, -0.01;
   robot.root_pose.rotation = Eigen::Quaterniond(Eigen::AngleAxisd(0.7, model::Vector3::UnitY()));
-  const ReducedModel model(robot, {});
+  const ReducedPlant model(robot, {});
   ReducedSimulation reduced(model, {});
   model::Simulation plant(model.plant, {});
   constexpr double kRoundOff = 1e-14;
@@ -31,7 +31,7 @@ TEST(ReducedSimulation, StartsWithTheArmsInitialMotionProjected) {
   Reduction r;
   r.arms[0].segments = 8;
   r.arms[0].strains = kSixStrains;
-  const ReducedModel model(robot, r);
+  const ReducedPlant model(robot, r);
   ReducedSimulation reduced(model, {});
   model::Simulation plant(model.plant, {});
   constexpr double kProjection = 0.02;  // eight segments hold the mode's curvature to 1 %
@@ -43,7 +43,7 @@ TEST(ReducedSimulation, StartsWithTheMantlesInitialMotionProjected) {
   model::Robot robot = tests::ControlRobot(8, 24);
   robot.arms.clear();
   robot.mantle->initial_radial_speed_m_s = 0.01;
-  const ReducedModel model(robot, {});
+  const ReducedPlant model(robot, {});
   ReducedSimulation reduced(model, {});
   const int at = model.mantle_first();
   // s_dot = Phi^T M v, written out
@@ -58,7 +58,7 @@ TEST(ReducedSimulation, StartsWithTheMantlesInitialMotionProjected) {
 }
 
 TEST(ReducedSimulation, AtRestStartsFromExactZeros) {
-  const ReducedModel model(tests::ControlRobot(8, 24), {});
+  const ReducedPlant model(tests::ControlRobot(8, 24), {});
   ReducedSimulation reduced(model, {});
   EXPECT_TRUE(reduced.state().q.isZero(0.0));
   EXPECT_TRUE(reduced.state().v.isZero(0.0));
@@ -68,7 +68,7 @@ TEST(ReducedSimulation, StepsEndAtBreakPoints) {
   model::Robot robot = tests::ControlRobot(8, 24);
   robot.mantle->strips = {
       tests::PaperStrip(model::TriangularSchedule{0.0, 200.0, 0.66, 0.0})};  // breaks at 0.33 k s
-  const ReducedModel model(robot, {});
+  const ReducedPlant model(robot, {});
   ReducedRunSettings settings;
   settings.duration_s = 0.7;
   settings.step_s = 0.25;
@@ -86,7 +86,7 @@ TEST(ReducedSimulation, JetThatRanAwayStopsTheRun) {
   model::Robot robot = tests::ControlRobot(8, 24);
   robot.mantle->strips = {tests::PaperStrip(model::TriangularSchedule{0.0, 325.0, 0.66, 0.0})};
   robot.effects.jet_thrust->runaway_n = 1e-3;  // the pulse's thrust is 0.1 N
-  const ReducedModel model(robot, {});
+  const ReducedPlant model(robot, {});
   ReducedRunSettings settings;
   settings.duration_s = 0.3;
   ReducedSimulation simulation(model, settings);
@@ -99,7 +99,7 @@ TEST(ReducedSimulation, JetThatRanAwayStopsTheRun) {
 TEST(ReducedSimulation, FailureNamesTimeBodyAndCause) {
   model::Robot robot = tests::ControlRobot(8, 24);
   robot.mantle->strips = {tests::PaperStrip(model::ConstantSchedule{5e4})};  // 100 collapses
-  const ReducedModel model(robot, {});
+  const ReducedPlant model(robot, {});
   ReducedRunSettings settings;
   settings.duration_s = 1.0;
   ReducedSimulation simulation(model, settings);
@@ -113,7 +113,7 @@ TEST(ReducedSimulation, FailureNamesTimeBodyAndCause) {
 TEST(ReducedSimulation, RefusesMoreSegmentsThanThePlantTellsApart) {
   Reduction r;
   r.arms[0].segments = 9;
-  const ReducedModel model(tests::ControlRobot(8, 24), r);
+  const ReducedPlant model(tests::ControlRobot(8, 24), r);
   try {
     ReducedSimulation(model, {});
     ADD_FAILURE() << "accepted";

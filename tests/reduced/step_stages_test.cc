@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "reduced/build/reduced_plant.h"
 #include "reduced/step.h"
 #include "tests/reduced/reduced_robots.h"
 
@@ -15,7 +16,7 @@ struct Vehicle {
     inputs.cables[1].tension_n = 0.3;
     inputs.strips_pa[0] = 200;
   }
-  ReducedModel model;
+  ReducedPlant model;
   ReducedState start;
   model::PlantInputs inputs;
 };

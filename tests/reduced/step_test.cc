@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "model/simulation.h"
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 #include "tests/reduced/reduced_robots.h"
 #include "tests/support/gradient_checker.h"
 
@@ -13,7 +13,7 @@ namespace {
 using model::PlantInputs;
 using tests::RandomReducedState;
 
-PlantInputs SomeInputs(const ReducedModel& model, double strength) {
+PlantInputs SomeInputs(const ReducedPlant& model, double strength) {
   PlantInputs inputs;
   EvaluateInputs(model.plant, 0.0, false, &inputs);
   for (std::size_t i = 0; i < inputs.cables.size(); ++i) {
@@ -43,7 +43,7 @@ class StepDerivatives : public testing::TestWithParam<StepScheme> {};
 TEST_P(StepDerivatives, MatchDifferences) {
   Reduction reduction;
   reduction.arms[0].segments = 3;
-  const ReducedModel model(tests::ControlRobot(12, 32), reduction);
+  const ReducedPlant model(tests::ControlRobot(12, 32), reduction);
   const int n = model.velocity_count();
   StepSettings settings;
   settings.scheme = GetParam();
@@ -102,7 +102,7 @@ struct MotionErrors {
   double coarse{0}, fine{0};
 };
 MotionErrors CompareMotion(const model::Robot& robot, const Reduction& reduction) {
-  const ReducedModel model(robot, reduction);
+  const ReducedPlant model(robot, reduction);
   constexpr double kDuration_s = 0.4;
   const auto error = [&](double h) {
     model::RunSettings full;
@@ -167,7 +167,7 @@ TEST(Step, SameMotionAsPlantWithAllOfACoarseMantlesShapesToo) {
 }
 
 TEST(Step, SecondOrderInTime) {
-  const ReducedModel model(tests::ControlRobot(12, 32), {});
+  const ReducedPlant model(tests::ControlRobot(12, 32), {});
   const ReducedState start = RandomReducedState(model, 0.4, 5);
   const PlantInputs inputs = SomeInputs(model, 0.5);
   StepSettings settings;
@@ -192,7 +192,7 @@ TEST(Step, SecondOrderInTime) {
 }
 
 TEST(Step, RemainderOfTheJacobianIsOfSecondOrder) {
-  const ReducedModel model(tests::ControlRobot(12, 32), {});
+  const ReducedPlant model(tests::ControlRobot(12, 32), {});
   const ReducedState start = RandomReducedState(model, 0.3, 9);
   const PlantInputs inputs = SomeInputs(model, 0.5);
   StepSettings settings;
@@ -218,7 +218,7 @@ TEST(Step, RemainderOfTheJacobianIsOfSecondOrder) {
 }
 
 TEST(StepBadInput, WrongSizeAndStepAreRefused) {
-  const ReducedModel model(tests::ControlRobot(8, 24), {});
+  const ReducedPlant model(tests::ControlRobot(8, 24), {});
   ReducedState s = InitialState(model), next = s;
   StepWork work(model);
   const PlantInputs inputs = SomeInputs(model, 0.0);

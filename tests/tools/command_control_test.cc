@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "firmware_sim/bus/bus_load.h"
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 /// `mantle run` of the steering scene, its first second, on a coarser plant.
@@ -134,7 +135,7 @@ TEST_F(ClosedLoopRun, TheTrajectoryHoldsWhatWasAskedAndWhatPulled) {
   // for the last change of the plant's Newton iteration.
   constexpr double kNewton_n = 5e-6;
   for (int i = 0; i < kSamples; ++i) {
-    EXPECT_NEAR(columns.at("pulled_mantle_n")[i], columns.at("mantle_squeeze_tension_n")[i],
+    EXPECT_NEAR(columns.at("actual_mantle_n")[i], columns.at("mantle_squeeze_tension_n")[i],
                 kNewton_n);
   }
   EXPECT_GT(*std::max_element(columns.at("command_mantle_n").begin(),
@@ -145,7 +146,7 @@ TEST_F(ClosedLoopRun, TheTrajectoryHoldsWhatWasAskedAndWhatPulled) {
 
 TEST_F(ClosedLoopRun, EveryKeyAndColumnIsDocumented) {
   ASSERT_EQ(Run("--out out").status, 0);
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/outputs.md"));
   const auto documented = [&](const std::string& name) {
     return page.find("`" + name + "`") != std::string::npos;
   };
@@ -157,7 +158,7 @@ TEST_F(ClosedLoopRun, EveryKeyAndColumnIsDocumented) {
   for (const auto& [key, value] : control["drives"][0].items()) EXPECT_TRUE(documented(key)) << key;
   const auto columns = ReadColumns(folder_ / "out/trajectory.csv");
   for (const char* stem :
-       {"command_MOTOR_n", "pulled_MOTOR_n", "reference_x_m", "error_position_m"}) {
+       {"command_MOTOR_n", "actual_MOTOR_n", "reference_x_m", "error_position_m"}) {
     std::string title = stem;
     if (const auto at = title.find("MOTOR"); at != std::string::npos)
       title.replace(at, 5, "mantle");

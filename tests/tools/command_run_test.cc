@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 namespace mantle::testing_tools {
@@ -72,7 +73,7 @@ TEST(MantleRun, EveryTitleOfTheTrajectoryHasADocumentedStem) {
   const Outcome outcome =
       Mantle(folder, "run " + Scene("octopus") + " --set time.duration=0.02 --out out");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/outputs.md");
+  const std::string page = ReadFile(tests::SourcePath("docs/outputs.md"));
   // Columns of arms and cables are documented with ARM, CABLE, MANTLE and SPOKES in place of names,
   // and vectors by their first or last component.
   for (const char* stem : {"time_s",         "root_x_m",           "root_qz",

@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "loop/scene/scene.h"
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 
 namespace mantle::testing_tools {
@@ -19,7 +20,8 @@ TEST(MantleTune, WritesTablesThatASceneTakesAndThatCostWhatItSays) {
   EXPECT_LT(pid["cost"], pid["cost_before"]);
   const std::string tables = ReadFile(folder / "tuned" / "baselines.toml");
   EXPECT_NE(tables.find("[control.baselines.pid]"), std::string::npos) << tables;
-  const std::string scene = "extends = \"" MANTLE_SOURCE_DIR "/scenes/reach.toml\"\n" + tables;
+  const std::string scene =
+      "extends = \"" + tests::SourcePath("scenes/reach.toml") + "\"\n" + tables;
   const auto control = *scene::ParseScene(scene, "tuned").control;
   const controller::BaselineGains& gains = control.baselines[2];
   EXPECT_EQ(gains.proportional, pid["parameters"]["proportional"].get<double>());

@@ -31,7 +31,7 @@ std::vector<std::string> CommandsOf(const std::filesystem::path& folder, const s
 // What bash offers for a command line whose last word is being typed.
 std::string Completed(const std::filesystem::path& folder, const std::string& words) {
   std::ofstream(folder / "complete.sh")
-      << "source '" MANTLE_BINARY_DIR "/share/bash-completion/completions/mantle'\n"
+      << "source '" + tests::BinaryPath("share/bash-completion/completions/mantle'\n")
       << "COMP_WORDS=(mantle " << words << ")\nCOMP_CWORD=$((${#COMP_WORDS[@]} - 1))\n"
       << "_mantle\necho \"${COMPREPLY[*]}\"\n";
   const Outcome outcome = Mantle(folder, "--version >/dev/null; bash complete.sh");
@@ -73,7 +73,7 @@ TEST(Help, EveryCommandHasAManualPageWithEveryOption) {
     std::string page = path.empty() ? "mantle" : "mantle " + path;
     page = std::regex_replace(page, std::regex(" "), "-");
     const Outcome manual =
-        Mantle(folder, "--version >/dev/null; gzip -dc '" MANTLE_BINARY_DIR "/share/man/man1/" +
+        Mantle(folder, "--version >/dev/null; gzip -dc '" + tests::BinaryPath("share/man/man1/") +
                            page + ".1.gz'");
     ASSERT_EQ(manual.status, 0) << manual.err;
     const std::string text = std::regex_replace(manual.out, std::regex("\\\\-"), "-");

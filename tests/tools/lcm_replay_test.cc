@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "tests/firmware_sim/vcan.h"
+#include "tests/support/paths.h"
 #include "tests/tools/program.h"
 #include "tests/tools/telemetry_samples.h"
 #include "tools/mantle/lcm_bridge.h"
@@ -115,7 +116,7 @@ TEST(LcmReplay, WhatAClosedLoopPublishesIsWhatItLogs) {
   auto second_log = OpenLcm({.log_folder = again});
   auto network = OpenLcm({.url = Url(), .receive = true});
   firmware_sim::Process run(
-      {MANTLE_BINARY_DIR "/mantle", "run", MANTLE_SOURCE_DIR "/scenes/steer.toml", "--set",
+      {tests::BinaryPath("mantle"), "run", tests::SourcePath("scenes/steer.toml"), "--set",
        "time.duration=1", "--lcm", Url(), "--out", (folder / "out").string()},
       folder / "run.txt");
   constexpr int kRows = 51, kPlans = 20;

@@ -13,7 +13,7 @@ constexpr const char* kHeavy[] = {"libipopt",    "libdmumps", "libblas", "liblap
 
 // A copy of the program that stands alone, without its modules.
 std::filesystem::path Alone(const std::filesystem::path& folder) {
-  std::filesystem::copy_file(MANTLE_BINARY_DIR "/mantle", folder / "mantle");
+  std::filesystem::copy_file(tests::BinaryPath("mantle"), folder / "mantle");
   return folder / "mantle";
 }
 
@@ -25,7 +25,7 @@ Outcome Shell(const std::filesystem::path& folder, const std::string& command) {
 TEST(Module, TheProgramStartsWithoutSolverAndLcm) {
   const auto folder = FreshFolder("module_start");
   const Outcome outcome =
-      Shell(folder, "LD_TRACE_LOADED_OBJECTS=1 '" MANTLE_BINARY_DIR "/mantle' --version");
+      Shell(folder, "LD_TRACE_LOADED_OBJECTS=1 '" + tests::BinaryPath("mantle") + "' --version");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   ASSERT_NE(outcome.out.find("libstdc++"), std::string::npos) << outcome.out;
   for (const char* name : kHeavy) {
@@ -36,8 +36,8 @@ TEST(Module, TheProgramStartsWithoutSolverAndLcm) {
 TEST(Module, APlainRunLoadsNoModuleAndAClosedLoopBoth) {
   const auto folder = FreshFolder("module_run");
   const auto loaded = [&](const std::string& scene) {
-    return Shell(folder, "LD_DEBUG=files '" MANTLE_BINARY_DIR "/mantle' run " + Scene(scene) +
-                             " --set time.duration=0.1 --out out");
+    return Shell(folder, "LD_DEBUG=files '" + tests::BinaryPath("mantle") + "' run " +
+                             Scene(scene) + " --set time.duration=0.1 --out out");
   };
   const Outcome plain = loaded("arm_dynamic");
   ASSERT_EQ(plain.status, 0) << plain.err.substr(0, 2000);
@@ -52,7 +52,7 @@ TEST(Module, APlainRunLoadsNoModuleAndAClosedLoopBoth) {
 TEST(Module, ABaselineNeedsNoSolver) {
   const auto folder = FreshFolder("module_baseline");
   const Outcome outcome =
-      Shell(folder, "LD_DEBUG=files '" MANTLE_BINARY_DIR "/mantle' run " + Scene("reach") +
+      Shell(folder, "LD_DEBUG=files '" + tests::BinaryPath("mantle") + "' run " + Scene("reach") +
                         " --controller pid --set time.duration=0.1 --out out");
   ASSERT_EQ(outcome.status, 0) << outcome.err.substr(0, 2000);
   EXPECT_EQ(outcome.err.find("mantle_ipopt.so"), std::string::npos);
@@ -63,7 +63,7 @@ TEST(Module, AMissingOneIsNamed) {
   const std::string program = Alone(folder).string();
   const Outcome outcome = Shell(folder, "'" + program + "' run " + Scene("reach") + " --out out");
   EXPECT_EQ(outcome.status, 1);
-  EXPECT_NE(outcome.err.find("lib/mantle/mantle_ipopt.so: is missing"), std::string::npos)
+  EXPECT_NE(outcome.err.find("lib/mantle/modules/mantle_ipopt.so: is missing"), std::string::npos)
       << outcome.err;
   EXPECT_NE(outcome.err.find("beside " + program), std::string::npos) << outcome.err;
 }
@@ -71,7 +71,7 @@ TEST(Module, AMissingOneIsNamed) {
 TEST(Module, ADamagedOneIsNamedWithTheLoadersReason) {
   const auto folder = FreshFolder("module_damaged");
   const std::string program = Alone(folder).string();
-  const auto module = folder / "lib" / "mantle" / "mantle_ipopt.so";
+  const auto module = folder / "lib" / "mantle" / "modules" / "mantle_ipopt.so";
   std::filesystem::create_directories(module.parent_path());
   std::ofstream(module) << "not a library";
   const Outcome outcome = Shell(folder, "'" + program + "' run " + Scene("reach") + " --out out");
@@ -80,10 +80,10 @@ TEST(Module, ADamagedOneIsNamedWithTheLoadersReason) {
 }
 
 TEST(Module, ASymbolThatItDoesNotHaveIsNamed) {
-  // This test stands in build/tests, its modules in build/lib/mantle.
-  std::filesystem::create_directories(MANTLE_BINARY_DIR "/tests/lib/mantle");
-  const std::filesystem::path module = MANTLE_BINARY_DIR "/tests/lib/mantle/mantle_lcm.so";
-  std::filesystem::copy_file(MANTLE_BINARY_DIR "/lib/mantle/mantle_lcm.so", module,
+  // This test stands in build/tests, its modules in build/lib/mantle/modules.
+  std::filesystem::create_directories(tests::BinaryPath("tests/lib/mantle/modules"));
+  const std::filesystem::path module = tests::BinaryPath("tests/lib/mantle/modules/mantle_lcm.so");
+  std::filesystem::copy_file(tests::BinaryPath("lib/mantle/modules/mantle_lcm.so"), module,
                              std::filesystem::copy_options::overwrite_existing);
   EXPECT_EQ(tools::ModulePath("mantle_lcm.so"), module);
   EXPECT_NE(tools::ModuleSymbol("mantle_lcm.so", "mantle_lcm_functions"), nullptr);

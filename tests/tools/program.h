@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/paths.h"
+
 /// Runs the built program `mantle` and reads what it wrote.
 
 namespace mantle::testing_tools {
@@ -29,7 +31,7 @@ inline std::string ReadFile(const std::filesystem::path& path) {
 /// A fresh, empty folder of this test.
 inline std::filesystem::path FreshFolder(const std::string& name) {
   const std::filesystem::path folder =
-      std::filesystem::path(MANTLE_BINARY_DIR) / "tests" / "work" / name;
+      std::filesystem::path(tests::BinaryPath("tests")) / "work" / name;
   std::filesystem::remove_all(folder);
   std::filesystem::create_directories(folder);
   return folder;
@@ -38,9 +40,8 @@ inline std::filesystem::path FreshFolder(const std::string& name) {
 /// `arguments` go through the shell; standard error is caught in `folder`.
 inline Outcome Mantle(const std::filesystem::path& folder, const std::string& arguments) {
   const std::filesystem::path err = folder / "stderr.txt";
-  const std::string command = "cd '" + folder.string() +
-                              "' || exit 9; { '" MANTLE_BINARY_DIR "/mantle' " + arguments +
-                              "; } 2>stderr.txt";
+  const std::string command = "cd '" + folder.string() + "' || exit 9; { '" +
+                              tests::BinaryPath("mantle") + "' " + arguments + "; } 2>stderr.txt";
   Outcome outcome{-1, {}, {}};
   std::FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) return outcome;
@@ -71,7 +72,7 @@ inline std::vector<std::vector<std::string>> ReadCsv(const std::filesystem::path
 }
 
 inline std::string Scene(const std::string& name) {
-  return "'" MANTLE_SOURCE_DIR "/scenes/" + name + ".toml'";
+  return "'" + tests::SourcePath("scenes/") + name + ".toml'";
 }
 
 }  // namespace mantle::testing_tools

@@ -3,7 +3,12 @@
 
 #include <chrono>
 
+#include "loop/scene/key_tables.h"
+#include "loop/scene/scene_schema.h"
+#include "loop/scene/toml_reader.h"
 #include "model/schedule.h"
+#include "tools/mantle/build_run.h"
+#include "tools/mantle/json_schema.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
@@ -14,10 +19,12 @@ namespace mantle::tools {
 namespace {
 
 constexpr const char* kHelp =
-    "Check a scene: say what is active and what it will cost. Takes a few real steps, writes "
-    "nothing.\n\n"
+    "Check a scene: say what is active and what it will cost. Refuses whatever `mantle run` would "
+    "refuse,\ntakes a few real steps, writes nothing.\n\n"
     "  mantle check scenes/octopus.toml\n"
-    "  mantle check scenes/paper.toml --set time.integrator=rk4     # says the stable step\n\n"
+    "  mantle check scenes/paper.toml --set time.integrator=rk4     # says the stable step\n"
+    "  mantle check scenes/steer_noise.toml --write > mine.toml     # every default spelt out\n"
+    "  mantle check --json-schema > scene.schema.json               # for an editor\n\n"
     "Exit status 0: the scene is sound. 2: it is not, and why.";
 
 // A measurement this long is good to some 10 %.
@@ -31,9 +38,11 @@ struct Cost {
   std::string failure;  ///< why the steps did not succeed
 };
 
-Cost MeasureCost(const scene::Scene& scene, const model::Plant& plant) {
+Cost MeasureCost(const SceneOptions& options, const scene::Scene& scene,
+                 const model::Plant& plant) {
   using Clock = std::chrono::steady_clock;
-  model::Simulation simulation(plant, scene.run);
+  const auto run = BuildFullRun(options, scene, plant);
+  model::Simulation& simulation = *run;
   Cost cost;
   double t = 0;
   const auto advance = [&] {
@@ -109,7 +118,7 @@ Json CheckReport(const SceneOptions& options, const scene::Scene& scene,
                                    ? Json(model::ExplicitStepLimit(plant))
                                    : Json();
   if (!scene.has_time) return j;
-  const Cost cost = InScene(options, [&] { return MeasureCost(scene, plant); });
+  const Cost cost = MeasureCost(options, scene, plant);
   j["us_per_step"] = cost.us_per_step;
   j["newton_iterations_per_step"] = cost.newton_per_step;
   j["estimated_wall_time_s"] = cost.wall_s_per_s * scene.run.duration_s;
@@ -164,23 +173,64 @@ void PrintReport(const Json& j, const scene::Scene& scene) {
   }
 }
 
+struct CheckOptions {
+  SceneOptions scene;
+  RunChoice choice;
+  bool write{false}, json_schema{false};
+  std::string page;
+};
+
+int Execute(const CheckOptions& options) {
+  if (options.json_schema) {
+    PrintText(Dump(JsonSchema(scene::SceneCatalogue())));
+    return 0;
+  }
+  if (!options.page.empty()) {
+    const std::string page = scene::ReadTextFile(options.page);
+    try {
+      PrintText(scene::WithKeyTables(scene::SceneCatalogue(), page));
+    } catch (const std::invalid_argument& error) {
+      throw BadInput(options.page + ": " + error.what());
+    }
+    return 0;
+  }
+  if (options.scene.scene_file.empty()) {
+    throw BadInput("SCENE is required (mantle check --help lists the options)");
+  }
+  const scene::Scene scene = options.scene.Load();
+  DemandRunnable(options.scene, scene, options.choice);
+  if (options.write) {
+    PrintText(scene.text);
+    return 0;
+  }
+  const model::Plant plant = BuildPlant(options.scene, scene);
+  const Json report = CheckReport(options.scene, scene, plant);
+  if (options.scene.json) {
+    PrintText(Dump(report));
+  } else {
+    PrintReport(report, scene);
+  }
+  return 0;
+}
+
 }  // namespace
 
 void AddCheckCommand(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand("check", kHelp);
-  static SceneOptions options;  // lives as long as the parser that points to it
-  AddSceneOptions(command, &options);
-  command->callback([&exit_status] {
-    const scene::Scene scene = options.Load();
-    const model::Plant plant = BuildPlant(options, scene);
-    const Json report = CheckReport(options, scene, plant);
-    if (options.json) {
-      PrintText(Dump(report));
-    } else {
-      PrintReport(report, scene);
-    }
-    exit_status = 0;
-  });
+  static CheckOptions options;  // lives as long as the parser that points to it
+  AddSceneOptions(command, &options.scene);
+  command->get_option("SCENE")->required(false);
+  AddRunChoice(command, &options.choice);
+  command->add_flag("--write", options.write,
+                    "Print the scene with every default spelt out, what it extends and every --set "
+                    "merged in");
+  command->add_flag("--json-schema", options.json_schema,
+                    "Print a JSON schema of scenes, for editors");
+  command
+      ->add_option("--docs", options.page,
+                   "Print a page with its tables of keys written anew (docs/scene.md)")
+      ->type_name("PAGE");
+  command->callback([&exit_status] { exit_status = Execute(options); });
 }
 
 }  // namespace mantle::tools

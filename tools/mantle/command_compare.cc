@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
@@ -51,17 +52,12 @@ Recorded Record(Simulation* simulation, double duration_s) {
 
 int Compare(const SceneOptions& options) {
   scene::Scene scene = options.Load();
-  if (!scene.has_time) {
-    throw scene::BadScene(options.scene_file +
-                          ": time: table is missing: `mantle compare` needs [time] with `duration` "
-                          "> 0 s");
-  }
+  DemandTime(options, scene, "mantle compare");
   // An output interval shorter than the plant's step would sample each at its own steps.
   scene.run.step_s = std::min(scene.run.step_s, 0.5 * scene.run.output_interval_s);
   const auto small = BuildReduced(options, scene);
   reduced::ReducedSimulation fast = BuildSimulation(options, scene, *small);
-  auto plant = InScene(
-      options, [&] { return std::make_unique<model::Simulation>(small->plant, scene.run); });
+  const auto plant = BuildFullRun(options, scene, small->plant);
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   CatchInterrupts();
   const Recorded quick = Record(&fast, scene.run.duration_s);

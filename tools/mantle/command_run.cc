@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "firmware_sim/bus/open_bus.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/lcm_bridge.h"
@@ -46,8 +47,7 @@ struct RunOptions {
   double checkpoint_every_s{std::numeric_limits<double>::infinity()};
   double stop_at_s{std::numeric_limits<double>::infinity()};
   std::string resume;
-  std::string model{"full"};
-  bool open_loop{false};
+  RunChoice choice;
   ControlRunOptions control;
 
   bool has_checkpoints() const {
@@ -92,17 +92,12 @@ class RunJob {
         scene_(options.scene.Load()),
         plant_(BuildPlant(options.scene, scene_)),
         out_(options.scene.OutputFolder(scene_)) {
-    if (!scene_.has_time) {
-      throw scene::BadScene(
-          options.scene.scene_file +
-          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 s");
-    }
+    DemandTime(options.scene, scene_, "mantle run");
   }
 
   int Execute() {
     DemandCheckpoints();
-    simulation_ = InScene(options_.scene,
-                          [&] { return std::make_unique<model::Simulation>(plant_, scene_.run); });
+    simulation_ = BuildFullRun(options_.scene, scene_, plant_);
     const std::string before = Resume();
     const double start_s = simulation_->time_s();
     OpenFolder();
@@ -226,13 +221,13 @@ class RunJob {
 };
 
 int Execute(const RunOptions& options) {
-  const bool reduced = options.model == "reduced";
-  const bool closed = !reduced && !options.open_loop && options.scene.Load().control.has_value();
+  const bool reduced = options.choice.reduced();
+  const bool closed = options.choice.closed(options.scene.Load());
   if (const char* given = options.control.FirstGiven(); given != nullptr && !closed) {
     throw BadInput(fmt::format("{}: is for a closed loop, must be with {}", given,
-                               reduced             ? "--model full"
-                               : options.open_loop ? "--open-loop left out"
-                                                   : "a scene that has a table [control]"));
+                               reduced                    ? "--model full"
+                               : options.choice.open_loop ? "--open-loop left out"
+                                                          : "a scene that has a table [control]"));
   }
   if ((closed || reduced) && options.has_checkpoints()) {
     throw BadInput(reduced ? "--model reduced: has no checkpoints"
@@ -284,12 +279,7 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
                    "Stop at the first sample at or after this simulated time, with a checkpoint")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--model", options.model,
-                   "full: the plant; reduced: the reduced model of the scene's table [reduced]")
-      ->check(CLI::IsMember({"full", "reduced"}));
-  command->add_flag("--open-loop", options.open_loop,
-                    "The plant alone, under the schedules of the scene, in spite of its [control]");
+  AddRunChoice(command, &options.choice);
   AddControlOptions(command, &options.control);
   command->callback([&exit_status] { exit_status = Execute(options); });
 }

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
@@ -53,10 +54,7 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
 int SolveScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
-  if (!std::holds_alternative<model::ClampedRoot>(scene.robot.root)) {
-    throw scene::BadScene(options.scene_file +
-                          ": robot.root: must be \"clamped\" for `mantle static`");
-  }
+  DemandClampedRoot(options, scene);
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   Progress progress(0.0, scene.statics.max_load_factor, "of the load", false);
   const auto begin = std::chrono::steady_clock::now();

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <limits>
 
-#include "loop/closed_loop.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
@@ -45,12 +45,11 @@ Json RunOne(const std::string& file, const std::string& controller, const StudyO
   scene_options.overrides = options.overrides;
   scene::Scene scene = scene_options.Load();
   loop::ClosedLoopOptions run;
-  run.controller = ControllerOf(controller == "converged" ? "mpc" : controller);
+  run.controller = controller == "converged" ? "mpc" : controller;
   if (controller == "converged" && scene.control) {
     scene.control->mode = controller::MpcMode::kConverged;
   }
-  auto loop =
-      InScene(scene_options, [&] { return std::make_unique<loop::ClosedLoop>(scene, run); });
+  auto loop = BuildLoop(scene_options, scene, run);
   Progress progress(0.0, scene.run.duration_s, "s of " + controller + " on " + scene.name, true);
   const loop::LoopResult result = loop->Run([&](const loop::LoopStep& step) {
     progress.Update(step.time_s);
@@ -96,9 +95,9 @@ std::string Milliseconds(const Json& run, const char* quantile) {
 }
 
 void PrintTable(const Json& runs) {
-  Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>6} {:>7} {:>7}\n", "scene",
+  Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}\n", "scene",
         "controller", "cost", "mean err", "max err", "final", "effort", "index", "med ms", "p99 ms",
-        "falls", "limits", "ratio");
+        "fallbacks", "limits", "ratio");
   for (const Json& run : runs) {
     const auto text = [](const Json& value, int digits) {
       return value.is_number() ? fmt::format("{:.{}f}", value.get<double>(), digits) : "-";
@@ -106,7 +105,7 @@ void PrintTable(const Json& runs) {
     const auto number = [&](const char* key, int digits) { return text(run[key], digits); };
     const auto error = [&](const char* key) { return text(run["error"][key], 4); };
     const bool solver = run.contains("solver") && !run["solver"].is_null();
-    Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>6} {:>7} {:>7}{}\n",
+    Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}{}\n",
           run["scene"].get<std::string>(), run["controller"].get<std::string>(), number("cost", 4),
           error("mean"), error("max"), error("final"), number("effort_n2_s", 3),
           number("energetic_index", 3), Milliseconds(run, "median"), Milliseconds(run, "p99"),

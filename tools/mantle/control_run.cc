@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "loop/closed_loop.h"
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/control_summary.h"
 #include "tools/mantle/control_table.h"
 #include "tools/mantle/interrupt.h"
@@ -36,8 +36,7 @@ class ControlJob {
         options_(options),
         scene_(scene_options.Load()),
         out_(scene_options.OutputFolder(scene_)),
-        kind_(options.controller.empty() ? scene_.control->controller
-                                         : ControllerOf(options.controller)),
+        controller_(options.controller.empty() ? scene_.control->controller : options.controller),
         bus_(options.bus.empty() ? scene_.drives.bus : options.bus) {}
 
   int Execute() {
@@ -45,7 +44,7 @@ class ControlJob {
     const std::filesystem::path partial = folder_->partial();
     lcm_->StartLog(partial);
     trajectory_.emplace(partial, "trajectory.csv", Titles());
-    if (kind_ == controller::ControllerKind::kMpc) {
+    if (loop_->control_side().mpc() != nullptr) {
       solver_.emplace(partial, "solver.csv",
                       "time_s,prepare_ms,solve_ms,iterations,cost,outcome\n");
     }
@@ -81,7 +80,7 @@ class ControlJob {
   scene::Scene scene_;
   std::filesystem::path out_;
   std::optional<ResultFolder> folder_;
-  controller::ControllerKind kind_;
+  std::string controller_;
   std::string bus_;
   std::optional<firmware_sim::CandumpWriter> record_;
   std::unique_ptr<loop::ClosedLoop> loop_;
@@ -95,20 +94,19 @@ class ControlJob {
   void OpenLoop() {
     loop::ClosedLoopOptions o;
     o.real_time = options_.real_time;
-    o.controller = kind_;
+    o.controller = controller_;
     o.bus = bus_;
     try {
       if (!options_.record.empty()) {
         record_.emplace(PartialRecord(), bus_.starts_with("can:") ? bus_.substr(4) : "vcan0");
         o.record = &*record_;
       }
-      loop_ =
-          InScene(scene_options_, [&] { return std::make_unique<loop::ClosedLoop>(scene_, o); });
     } catch (const std::invalid_argument& error) {
       throw BadInput(error.what());
     } catch (const std::system_error& error) {
       throw BadInput(error.what());
     }
+    loop_ = BuildLoop(scene_options_, scene_, o);
   }
 
   // An old record stays until the new one is whole.
@@ -140,7 +138,7 @@ class ControlJob {
     for (std::size_t i = 0; i < motors.size(); ++i) {
       const auto k = static_cast<Eigen::Index>(i);
       emit("command_" + motors[i].name + "_n", step == nullptr ? 0.0 : step->command_n(k));
-      emit("pulled_" + motors[i].name + "_n", step == nullptr ? 0.0 : step->tension_n(k));
+      emit("actual_" + motors[i].name + "_n", step == nullptr ? 0.0 : step->tension_n(k));
     }
     const controller::Reference& reference = loop_->reference();
     const controller::ReferencePoint at = reference.At(step == nullptr ? 0.0 : step->time_s);
@@ -189,14 +187,14 @@ class ControlJob {
   }
 
   void OnSample(const loop::LoopStep& step) {
-    const model::Sample sample = loop_->vehicle().Observe();
+    const model::Sample sample = loop_->plant_side().Observe();
     trajectory_->Write(Row(sample, step));
     if (loop_->plant().shell) volume_.Add(sample.volume_m3);
     lcm_->Write(StateMessage(loop_->plant(), sample));
     lcm_->Write(ReducedStateMessage(step.truth));
     lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
-    lcm_->Write(EnergyMessage(sample, step.vehicle.simulation().energy()));
-    lcm_->Write(StatusMessage(ControllerName(kind_), step, iterations_));
+    lcm_->Write(EnergyMessage(sample, step.plant.simulation().energy()));
+    lcm_->Write(StatusMessage(controller_, step, iterations_));
   }
 
   void OnPlan(const loop::LoopStep& step) {
@@ -215,8 +213,8 @@ class ControlJob {
         RunSummary({&scene_, &loop_->plant(), &result.plant, volume_, scene_options_.overrides,
                     result.wall_s, result.time_s, complete, reason});
     summary["reduced"] = ReductionSummary(scene_, loop_->reduced());
-    summary["control"] =
-        ControlSummary({&scene_, loop_.get(), &result, kind_, bus_, options_.real_time, locked});
+    summary["control"] = ControlSummary(
+        {&scene_, loop_.get(), &result, controller_, bus_, options_.real_time, locked});
     trajectory_->Close();
     if (solver_) solver_->Close();
     lcm_->FinishLog();

@@ -14,13 +14,6 @@ namespace {
 
 using firmware_sim::DriveReport;
 
-constexpr std::pair<const char*, controller::ControllerKind> kControllers[] = {
-    {"mpc", controller::ControllerKind::kMpc},
-    {"gait", controller::ControllerKind::kGait},
-    {"pursuit", controller::ControllerKind::kPursuit},
-    {"pid", controller::ControllerKind::kPid},
-    {"lqr", controller::ControllerKind::kLqr}};
-
 /// First bin of MpcCounters::time_histogram.
 constexpr double kFirstBin_ms = 0.125;
 
@@ -106,13 +99,13 @@ Json SolverJson(const loop::LoopResult& r) {
 }
 
 Json DrivesJson(const scene::Scene& scene, loop::ClosedLoop& loop) {
-  loop::Vehicle& vehicle = loop.vehicle();
+  const loop::PlantSide& plant = loop.plant_side();
   const std::vector<std::string> cables = CableNames(loop.plant());
   Json list = Json::array();
-  for (int i = 0; i < vehicle.motor_count(); ++i) {
-    const DriveReport& r = vehicle.report(i);
+  for (int i = 0; i < plant.motor_count(); ++i) {
+    const DriveReport& r = loop.control_side().motors().report(i);
     Json pulls = Json::array();
-    for (const loop::ReeledCable& cable : vehicle.reel(i).cables) {
+    for (const loop::ReeledCable& cable : plant.reel(i).cables) {
       pulls.push_back(cables[static_cast<std::size_t>(cable.index)]);
     }
     list.push_back({{"motor", scene.reduction.actuators[static_cast<std::size_t>(i)].name},
@@ -128,26 +121,12 @@ Json DrivesJson(const scene::Scene& scene, loop::ClosedLoop& loop) {
 
 }  // namespace
 
-const char* ControllerName(controller::ControllerKind kind) {
-  for (const auto& [name, k] : kControllers) {
-    if (k == kind) return name;
-  }
-  return "";
-}
-
-controller::ControllerKind ControllerOf(const std::string& name) {
-  for (const auto& [n, kind] : kControllers) {
-    if (name == n) return kind;
-  }
-  throw std::invalid_argument(name + ": no controller of that name");
-}
-
 Json ControlSummary(const ControlReport& report) {
   const loop::LoopResult& r = *report.result;
   const controller::ControlOptions& control = *report.scene->control;
-  const bool planned = report.controller == controller::ControllerKind::kMpc;
+  const bool planned = report.loop->control_side().mpc() != nullptr;
   Json j;
-  j["controller"] = ControllerName(report.controller);
+  j["controller"] = report.controller;
   j["mode"] = !planned                                                  ? Json()
               : control.mode == controller::MpcMode::kRealTimeIteration ? Json("rti")
                                                                         : Json("converged");
@@ -166,7 +145,7 @@ Json ControlSummary(const ControlReport& report) {
   j["energetic_index"] = r.energetic_index;
   j["mean_speed_m_s"] = r.mean_speed_m_s;
   j["tension_error_n"] = r.tension_error_n;
-  j["motor_periods"] = r.cycles * report.loop->vehicle().motor_count();
+  j["motor_periods"] = r.cycles * report.loop->plant_side().motor_count();
   j["limit_touches"] = r.limit_touches;
   j["solver"] = SolverJson(r);
   j["bus"] = {{"spec", report.bus},

@@ -9,16 +9,11 @@
 
 namespace mantle::tools {
 
-/// "mpc", "gait", "pursuit", "pid", "lqr": what scenes and --controller say.
-const char* ControllerName(controller::ControllerKind kind);
-/// Throws std::invalid_argument where there is none of that name.
-controller::ControllerKind ControllerOf(const std::string& name);
-
 struct ControlReport {
   const scene::Scene* scene;
   loop::ClosedLoop* loop;
   const loop::LoopResult* result;
-  controller::ControllerKind controller;
+  std::string controller;  ///< its name
   std::string bus;
   bool real_time{false};
   bool memory_locked{false};

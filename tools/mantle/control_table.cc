@@ -22,10 +22,10 @@ ErrorUnit UnitOf(const Json& control) {
   const double length = Number(control["body_length_m"]);
   if (name == "position_m") return {"position", "mm", length, "body length"};
   if (name == "tip_m") return {"tip", "mm", length, "body length"};
-  return {"mean speed", "mm/s", Number(control["goal"]["speed_m_s"]), "the speed asked for"};
+  return {"mean speed", "mm/s", Number(control["goal"]["speed_m_s"]), "the commanded speed"};
 }
 
-std::string Asked(const Json& goal) {
+std::string Goal(const Json& goal) {
   const std::string type = goal["type"];
   if (type == "path") {
     return fmt::format("{} waypoints in turn within {:.3g} mm, at {:.3g} mm/s",
@@ -80,7 +80,7 @@ std::string ControlTable(const Json& summary) {
                  summary["scene"].get<std::string>(), c["controller"].get<std::string>(), mode,
                  Number(summary["sim_time_s"]), Number(summary["wall_time_s"]),
                  Number(summary["realtime_factor"]));
-  row("asked", Asked(c["goal"]));
+  row("goal", Goal(c["goal"]));
   const ErrorUnit unit = UnitOf(c);
   const Json& error = c["error"];
   const auto part = [&](const char* key) { return 100.0 * Number(error[key]) / unit.whole; };
@@ -105,8 +105,8 @@ std::string ControlTable(const Json& summary) {
                           100.0 * Number(c["energetic_index"]), 1e3 * Number(c["mean_speed_m_s"]));
   }
   row("effort", effort);
-  row("tensions", fmt::format("pulled minus asked {:.1f} mN (rms); limits cut {:.2f} % of what was "
-                              "asked",
+  row("tensions", fmt::format("actual minus commanded {:.1f} mN (rms); limits cut {:.2f} % of the "
+                              "commands",
                               1e3 * Number(c["tension_error_n"]),
                               100.0 * Number(c["limit_touches"]) / Number(c["motor_periods"])));
   if (const Json& s = c["solver"]; !s.is_null()) {

@@ -86,8 +86,8 @@ DrivesTelemetry DrivesMessage(const std::vector<reduced::Actuator>& motors,
   m.utime = TelemetryTime(step.time_s);
   for (std::size_t k = 0; k < motors.size(); ++k) {
     const int i = static_cast<int>(k);
-    const firmware_sim::DriveReport& r = step.vehicle.report(i);
-    const loop::Reel& reel = step.vehicle.reel(i);
+    const firmware_sim::DriveReport& r = step.motors.report(i);
+    const loop::Reel& reel = step.plant.reel(i);
     m.motor_name.push_back(motors[k].name);
     m.node.push_back(r.node);
     m.statusword.push_back(r.statusword);
@@ -99,8 +99,8 @@ DrivesTelemetry DrivesMessage(const std::vector<reduced::Actuator>& motors,
     m.target_torque_permille.push_back(step.torques[k].torque_permille);
     const double sigma = r.velocity_counts_s > 0 ? 1.0 : r.velocity_counts_s < 0 ? -1.0 : 0.0;
     m.tension_estimate.push_back(
-        TorqueToTension(step.vehicle.winch_map(), r.torque_permille, sigma) / reel.gain_square);
-    m.reeled_length.push_back(reel.rest_length_m - step.vehicle.ReportedReel_m(i));
+        TorqueToTension(step.motors.winch_map(), r.torque_permille, sigma) / reel.gain_square);
+    m.reeled_length.push_back(reel.rest_length_m - step.motors.ReportedReel_m(i));
   }
   return m;
 }

@@ -29,9 +29,9 @@ Function* Lookup(void* module, const std::filesystem::path& file, const char* sy
 std::filesystem::path ModulePath(const char* module) {
   const std::filesystem::path beside =
       std::filesystem::read_symlink("/proc/self/exe").parent_path();
-  const std::filesystem::path built = beside / "lib" / "mantle" / module;
+  const std::filesystem::path built = beside / "lib" / "mantle" / "modules" / module;
   if (std::filesystem::exists(built)) return built;
-  return beside.parent_path() / "lib" / "mantle" / module;
+  return beside.parent_path() / "lib" / "mantle" / "modules" / module;
 }
 
 void* ModuleSymbol(const char* module, const char* symbol) {

@@ -7,11 +7,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
+#include "reduced/build/reduced_plant.h"
 
 namespace mantle::tools {
 namespace {
@@ -39,21 +41,21 @@ double HeadingDifference(const model::Pose& a, const model::Pose& b) {
 
 }  // namespace
 
-std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
+std::unique_ptr<reduced::ReducedPlant> BuildReduced(const SceneOptions& options,
                                                     const scene::Scene& scene) {
   return InScene(options, [&] {
-    return std::make_unique<reduced::ReducedModel>(scene.robot, scene.reduction);
+    return std::make_unique<reduced::ReducedPlant>(scene.robot, scene.reduction);
   });
 }
 
 reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const scene::Scene& scene,
-                                           const reduced::ReducedModel& model) {
+                                           const reduced::ReducedPlant& model) {
   return InScene(options, [&] {
     return reduced::ReducedSimulation(model, reduced::RunSettingsOf(scene.run, scene.reduction));
   });
 }
 
-Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& model) {
+Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& model) {
   Json j;
   j["coordinates"] = model.coordinate_count();
   j["states"] = 2 * model.velocity_count();
@@ -78,11 +80,7 @@ Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& mo
 
 int RunReducedScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
-  if (!scene.has_time) {
-    throw scene::BadScene(options.scene_file +
-                          ": time: table is missing: `mantle run` needs [time] with `duration` > 0 "
-                          "s");
-  }
+  DemandTime(options, scene, "mantle run");
   const auto model = BuildReduced(options, scene);
   reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/summary.h"
 
@@ -14,15 +14,15 @@ namespace mantle::tools {
 
 /// Builds the reduced model of a scene; what it refuses is reported under the scene's name. Throws
 /// scene::BadScene.
-std::unique_ptr<reduced::ReducedModel> BuildReduced(const SceneOptions& options,
+std::unique_ptr<reduced::ReducedPlant> BuildReduced(const SceneOptions& options,
                                                     const scene::Scene& scene);
 
 /// At the scene's start, with its settings; refusals as above.
 reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const scene::Scene& scene,
-                                           const reduced::ReducedModel& model);
+                                           const reduced::ReducedPlant& model);
 
 /// Coordinates, bases, cubature and step: what decides the figures.
-Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedModel& model);
+Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& model);
 
 /// `mantle run --model reduced`: summary.json and trajectory.csv as of the plant; what the reduced
 /// model does not account (works, balances) is null. Returns the exit status.

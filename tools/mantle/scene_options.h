@@ -1,7 +1,9 @@
 #pragma once
 
 #include <filesystem>
+#include <stdexcept>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "loop/scene/scene.h"
@@ -30,16 +32,22 @@ void AddOutOption(CLI::App* command, SceneOptions* options);
 /// scene::BadScene.
 model::Plant BuildPlant(const SceneOptions& options, const scene::Scene& scene);
 
-/// Rethrows a BadRobot of `build` as BadScene, prefixed with the scene's file name.
+/// Calls `build`, which makes what the scene describes. All that its constructors refuse is the
+/// scene's fault: rethrown as BadScene, prefixed with the scene's file name.
 template <typename Build>
 auto InScene(const SceneOptions& options, Build build) {
+  const auto refusal = [&](const std::exception& error) {
+    return scene::BadScene(std::filesystem::path(options.scene_file).filename().string() + ": " +
+                           error.what());
+  };
   try {
     return build();
   } catch (const scene::BadScene&) {
     throw;
-  } catch (const model::BadRobot& error) {
-    throw scene::BadScene(std::filesystem::path(options.scene_file).filename().string() + ": " +
-                          error.what());
+  } catch (const std::invalid_argument& error) {
+    throw refusal(error);
+  } catch (const std::system_error& error) {
+    throw refusal(error);
   }
 }
 

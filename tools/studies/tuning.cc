@@ -102,7 +102,7 @@ loop::LoopResult RunBaseline(const scene::Scene& scene, ControllerKind kind,
   scene::Scene trial = scene;
   if (trial.control) trial.control->baselines[Index(kind)] = gains;
   loop::ClosedLoopOptions options;
-  options.controller = kind;
+  options.controller = ToString(kind);
   options.bus = "loop";
   loop::ClosedLoop loop(trial, options);
   return loop.Run([&](const loop::LoopStep&) { return !stop(); });

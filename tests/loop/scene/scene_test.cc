@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
-#include <regex>
 #include <sstream>
 
 #include "model/meridian.h"
+#include "tests/support/paths.h"
 
 namespace mantle::scene {
 
@@ -90,7 +90,7 @@ TEST(Scene, ValuesArriveInSi) {
 }
 
 TEST(Scene, ThePapersArmFrameIsThePapers) {
-  const Scene scene = LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  const Scene scene = LoadScene(tests::SourcePath("scenes/paper.toml"));
   const Pose& mount = scene.robot.arms.at(0).mount;
   EXPECT_LT((mount.position - Vector3(0, 0, -0.112)).norm(), kRoundOff);
   EXPECT_LT((mount.rotation * Vector3::UnitX() + Vector3::UnitZ()).norm(), kRoundOff);
@@ -99,7 +99,7 @@ TEST(Scene, ThePapersArmFrameIsThePapers) {
 }
 
 TEST(Scene, ThePapersMantleIsThePapers) {
-  const Plant plant(LoadScene(MANTLE_SOURCE_DIR "/scenes/paper.toml").robot);
+  const Plant plant(LoadScene(tests::SourcePath("scenes/paper.toml")).robot);
   const Mantle& mantle = *plant.robot.mantle;
   EXPECT_NEAR(MeridianLength(mantle), 0.130, kRoundOff);
   EXPECT_NEAR(mantle.theta0_rad, -0.1514, kPrinted);
@@ -136,6 +136,42 @@ TEST(Scene, TablesInTimeComeFromFiles) {
   EXPECT_DOUBLE_EQ(Value(drive.tension_n, 0.25), 1.0);
   EXPECT_THROW(scene("bad.csv"), BadScene);
   EXPECT_THROW(scene("absent.csv"), BadScene);
+}
+
+// Values of a few kinds of two scenes that a wrong round trip would change.
+void ExpectSame(const Scene& a, const Scene& b) {
+  EXPECT_EQ(a.name, b.name);
+  EXPECT_EQ(a.description, b.description);
+  EXPECT_EQ(a.has_time, b.has_time);
+  EXPECT_EQ(a.has_statics, b.has_statics);
+  EXPECT_EQ(a.run.step_s, b.run.step_s);
+  EXPECT_EQ(a.run.min_step_s, b.run.min_step_s);
+  EXPECT_EQ(a.robot.root_pose.position, b.robot.root_pose.position);
+  EXPECT_EQ(a.robot.root_pose.rotation.coeffs(), b.robot.root_pose.rotation.coeffs());
+  EXPECT_EQ(a.robot.body_length_m, b.robot.body_length_m);
+  EXPECT_EQ(a.reduction.arms.size(), b.reduction.arms.size());
+  EXPECT_EQ(a.reduction.actuators.size(), b.reduction.actuators.size());
+  EXPECT_EQ(a.mismatch.young, b.mismatch.young);
+  EXPECT_EQ(a.sensors.strain_rate, b.sensors.strain_rate);
+  ASSERT_EQ(a.control.has_value(), b.control.has_value());
+  if (a.control) {
+    EXPECT_EQ(a.control->grid.knots, b.control->grid.knots);
+    EXPECT_EQ(a.control->goal.index(), b.control->goal.index());
+    EXPECT_EQ(a.control->period_s, b.control->period_s);
+    for (std::size_t i = 0; i < a.control->motors.size(); ++i) {
+      EXPECT_EQ(a.control->motors[i].max_tension_n, b.control->motors[i].max_tension_n);
+      EXPECT_EQ(a.control->gait.motors[i].high_n, b.control->gait.motors[i].high_n);
+    }
+  }
+  // The whole robot, by what it does: every force at t = 0.
+  const Plant plant(a.robot), other(b.robot);
+  PlantWork work(plant), other_work(other);
+  PlantInputs inputs, other_inputs;
+  EvaluateInputs(plant, 0.0, false, &inputs);
+  EvaluateInputs(other, 0.0, false, &other_inputs);
+  ASSERT_FALSE(EvaluateForces(plant, InitialState(plant), inputs, &work));
+  ASSERT_FALSE(EvaluateForces(other, InitialState(other), other_inputs, &other_work));
+  EXPECT_EQ(work.force, other_work.force);
 }
 
 struct Refusal {
@@ -258,7 +294,7 @@ TEST(Scene, MissingFilesAreNamed) {
 
 TEST(Scene, EveryShippedSceneParsesAndBuilds) {
   int count = 0;
-  for (const auto& entry : std::filesystem::directory_iterator(MANTLE_SOURCE_DIR "/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(tests::SourcePath("scenes"))) {
     if (entry.path().extension() != ".toml") continue;
     ++count;
     SCOPED_TRACE(entry.path().filename().string());
@@ -274,15 +310,15 @@ TEST(Scene, EveryShippedSceneParsesAndBuilds) {
 }
 
 TEST(Scene, FrozenPaperDiffersFromThePaperInItsCouplingAlone) {
-  const auto bodies = [](const char* file) {
+  const auto bodies = [](const std::string& file) {
     std::string text = ReadFile(file);
     return text.substr(text.find("[robot]"));
   };
-  std::string paper = bodies(MANTLE_SOURCE_DIR "/scenes/paper.toml");
+  std::string paper = bodies(tests::SourcePath("scenes/paper.toml"));
   const std::string exact = "coupling = \"exact\"";
   paper.replace(paper.find(exact), exact.size(), "coupling = \"frozen\"");
   paper.erase(paper.find("\n[reduced]"));  // the reduced model has exact coupling only
-  EXPECT_EQ(bodies(MANTLE_SOURCE_DIR "/scenes/paper_frozen.toml"), paper);
+  EXPECT_EQ(bodies(tests::SourcePath("scenes/paper_frozen.toml")), paper);
 }
 
 // docs/scene.md against the reader.
@@ -300,7 +336,7 @@ std::vector<std::string> Examples(const std::string& page) {
 }
 
 TEST(SceneDocs, EveryExampleParsesAndBuilds) {
-  const auto examples = Examples(ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md"));
+  const auto examples = Examples(ReadFile(tests::SourcePath("docs/scene.md")));
   ASSERT_GE(examples.size(), 8u);
   for (const std::string& example : examples) {
     SCOPED_TRACE(example);
@@ -308,23 +344,55 @@ TEST(SceneDocs, EveryExampleParsesAndBuilds) {
   }
 }
 
-TEST(SceneDocs, KeysOfThePageAreTheKeysOfTheReader) {
-  const std::string page = ReadFile(MANTLE_SOURCE_DIR "/docs/scene.md");
-  std::set<std::string> documented, known;
-  const std::regex row(R"(\n\| `([a-z0-9_.]+)` \|)");
-  for (std::sregex_iterator at(page.begin(), page.end(), row), end; at != end; ++at) {
-    EXPECT_TRUE(documented.insert((*at)[1]).second) << (*at)[1] << " is documented twice";
+// `--write`: the text of a scene.
+
+TEST(SceneText, EveryShippedSceneReadsBackTheSame) {
+  int count = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(tests::SourcePath("scenes"))) {
+    if (entry.path().extension() != ".toml") continue;
+    ++count;
+    SCOPED_TRACE(entry.path().filename().string());
+    const Scene scene = LoadScene(entry.path());
+    const Scene again =
+        ParseScene(scene.text, entry.path().filename().string(), entry.path().parent_path());
+    EXPECT_EQ(again.text, scene.text);
+    EXPECT_TRUE(again.files.empty()) << "what it extends is merged";
+    ExpectSame(again, scene);
   }
-  for (const std::string& example : Examples(page)) {
-    ParseScene(example, "example.toml", ".", {}, &known);
+  EXPECT_GE(count, 24);
+}
+
+TEST(SceneText, SpellsOutDefaultsAndKeepsWhatWasWritten) {
+  const std::string text = Vehicle({"time.step=2 ms"}).text;
+  for (const char* line :
+       {"name = \"s\"", "step = \"2 ms\"", "integrator = \"sdirk2\"", "elements = 20",
+        "length = \"420 mm\"", "density = 1022.0", "buoyancy = false", "seed = 1", "segments = 4",
+        "gravity = [0.0, 0.0, -9.81]"}) {
+    EXPECT_NE(text.find(line), std::string::npos) << line << " is missing in\n" << text;
   }
-  std::vector<std::string> missing, stale;
-  std::set_difference(known.begin(), known.end(), documented.begin(), documented.end(),
-                      std::back_inserter(missing));
-  std::set_difference(documented.begin(), documented.end(), known.begin(), known.end(),
-                      std::back_inserter(stale));
-  EXPECT_EQ(missing, std::vector<std::string>{}) << "read, but not documented";
-  EXPECT_EQ(stale, std::vector<std::string>{}) << "documented, but not read";
+  EXPECT_EQ(text.find("[statics]"), std::string::npos) << "absent means that nothing is solved";
+  EXPECT_EQ(text.find("body_length"), std::string::npos) << "absent means the extent";
+}
+
+TEST(Scene, AnOverrideOfExtendsChoosesTheBase) {
+  const std::filesystem::path folder = testing::TempDir();
+  std::ofstream(folder / "base.toml") << kVehicle;
+  const std::string own = "[time]\nduration = 3\n";
+  EXPECT_THROW(ParseScene(own, "s.toml", folder), BadScene) << "no bodies";
+  const Scene scene =
+      ParseScene(own, "s.toml", folder, {"arms.arm.elements=7", "extends=base.toml"});
+  EXPECT_EQ(scene.robot.arms.at(0).elements, 7) << "overrides enter what the base brings";
+  EXPECT_EQ(scene.run.duration_s, 3);
+  ASSERT_EQ(scene.files.size(), 1u);
+  EXPECT_EQ(scene.files[0].filename(), "base.toml");
+  EXPECT_THROW(ParseScene(own, "s.toml", folder, {"extends=absent.toml"}), BadScene);
+}
+
+TEST(Scene, AnyFileNameWillDo) {
+  EXPECT_EQ(ParseScene(kVehicle, "my scene.toml").name, "my_scene");
+  EXPECT_EQ(ParseScene(kVehicle, "paper-2.toml").name, "paper-2");
+  EXPECT_THROW(ParseScene(std::string("name = \"my scene\"\n") + kVehicle, "s.toml"), BadScene)
+      << "a name that is given is taken as it is, or refused";
 }
 
 }  // namespace

@@ -66,5 +66,41 @@ TEST(TomlDocument, BadOverridesSayWhatTheyAre) {
   EXPECT_EQ(OverrideError("time..step=1"), "--set time..step=1: the path has an empty part");
 }
 
+std::string ParseError(const std::string& text) {
+  try {
+    ParseToml(text, "s.toml");
+  } catch (const BadScene& error) {
+    return error.what();
+  }
+  return "";
+}
+
+std::string Deep(int parts) {
+  std::string key = "a";
+  for (int i = 1; i < parts; ++i) key += ".a";
+  return key;
+}
+
+TEST(TomlDocument, KeysHaveABoundedDepth) {
+  EXPECT_EQ(ParseError(Deep(kMaxKeyParts) + " = 1\n"), "");
+  EXPECT_EQ(ParseError(Deep(50000) + " = 1\n"), "s.toml: a key has 50000 parts, must be <= 32");
+  EXPECT_EQ(ParseError("[" + Deep(50000) + "]\n"), "s.toml: a key has 50000 parts, must be <= 32");
+  EXPECT_EQ(ParseError("x = { " + Deep(50000) + " = 1 }\n"),
+            "s.toml: a key has 50000 parts, must be <= 32");
+  const std::string dots(1000, '.');
+  EXPECT_EQ(ParseError("x = \"" + dots + "\" # " + dots + "\n"), "") << "texts and comments";
+  EXPECT_EQ(ParseError("x = \"\"\"\n" + dots + "\\\"" + dots + "\"\"\"\n"), "");
+  const std::string refusal = OverrideError(Deep(50000) + "=1");
+  EXPECT_NE(refusal.find("a key has 50000 parts, must be <= 32"), std::string::npos) << refusal;
+  EXPECT_LT(refusal.size(), 250u) << "the key is cut short";
+}
+
+TEST(TomlDocument, TextsAreUtf8) {
+  EXPECT_EQ(ParseError("x = \"\xe2\x82\xac\"\n"), "");
+  EXPECT_EQ(ParseError("x = \"\xff\"\n"), "s.toml: is not UTF-8 text");
+  EXPECT_EQ(ParseError("# \xff\n"), "s.toml: is not UTF-8 text");
+  EXPECT_EQ(OverrideError("title=\xff"), "--set title=\\xff: is not UTF-8 text");
+}
+
 }  // namespace
 }  // namespace mantle::scene

@@ -1,0 +1,56 @@
+#include "controller/plan_tracker.h"
+
+#include <algorithm>
+
+#include "controller/gait.h"
+#include "reduced/outputs.h"
+
+namespace mantle::controller {
+namespace {
+
+/// Largest state deviation the gains are trusted with: what they ask for beyond the plan [N].
+constexpr double kMostFeedback_n = 0.3;
+/// Tensions of a controller that has given up fall to their lower limits within about this time.
+constexpr double kDecay_s = 0.5;
+
+}  // namespace
+
+PlanTracker::PlanTracker(const ReducedModel& model, const ControlOptions& options)
+    : options_(options),
+      planned_(InitialState(model)),
+      feedback_(VectorX::Zero(model.input_count())),
+      deviation_(VectorX::Zero(2 * model.velocity_count())) {}
+
+void PlanTracker::Command(const IssuedPlan& issued, double t_s, const ReducedState* estimate,
+                          Eigen::Ref<VectorX> tensions) {
+  const Plan& plan = issued.plan;
+  if (issued.gives_up) {
+    const double share = std::max(0.0, 1.0 - (t_s - issued.issued_s) / kDecay_s);
+    for (Eigen::Index i = 0; i < tensions.size(); ++i) {
+      const double low = options_.motors[i].min_tension_n;
+      tensions(i) = low + share * (issued.tensions_n(i) - low);
+    }
+    return;
+  }
+  if (t_s < plan.start_s() && issued.tensions_n.size() > 0) {  // towards the plan's beginning
+    const double share = (t_s - issued.issued_s) / (plan.start_s() - issued.issued_s);
+    tensions = issued.tensions_n + share * (plan.tensions.col(0) - issued.tensions_n);
+    return;
+  }
+  if (t_s > plan.end_s()) {
+    GaitTensions(options_.gait, t_s, tensions);
+    return;
+  }
+  TensionsAt(plan, t_s, tensions);
+  // State and plan of one instant, that of the estimate.
+  if (estimate == nullptr || plan.gains.empty() || estimate->time_s < plan.start_s()) return;
+  const int k = IntervalAt(plan, estimate->time_s);
+  if (k >= static_cast<int>(plan.gains.size())) return;
+  StateAt(plan, estimate->time_s, &planned_);
+  StateDifference(planned_, *estimate, deviation_);
+  feedback_.noalias() = plan.gains[k] * deviation_;
+  if (!feedback_.allFinite()) return;
+  tensions += feedback_.cwiseMax(-kMostFeedback_n).cwiseMin(kMostFeedback_n);
+}
+
+}  // namespace mantle::controller

@@ -1,0 +1,129 @@
+#include "loop/control_side/control_side.h"
+
+#include <chrono>
+#include <cmath>
+
+#include "controller/plan.h"
+#include "controller/registry.h"
+
+namespace mantle::loop {
+namespace {
+
+using model::VectorX;
+
+constexpr double kCut_n = 1e-6;  // a limit that changes a tension by more has touched
+
+std::int64_t Now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+controller::ControlOptions Effective(controller::ControlOptions control) {
+  // What has no use for what the model missed does without, unless that helps to filter.
+  const bool used = controller::FindController(control.controller).uses_disturbance;
+  if (!used && !control.estimator.observer) control.estimator.disturbance = false;
+  return control;
+}
+
+double GainSquare(const reduced::Actuator& motor) {
+  double sum = 0;
+  for (const reduced::ActuatorTarget& target : motor.targets) sum += target.gain * target.gain;
+  return sum;
+}
+
+}  // namespace
+
+ControlSide::ControlSide(const ControlSetup& setup, firmware_sim::Bus& bus)
+    : control_(Effective(setup.control)),
+      step_(setup.step),
+      drives_(setup.drives),
+      real_time_(setup.real_time),
+      reference_(control_.goal, setup.model.robot),
+      sensors_(setup.sensors),
+      controller_(controller::MakeController({setup.model, step_, control_, reference_})),
+      estimator_(controller::MakeEstimator(
+          {setup.model, step_, control_.estimator, sensors_, control_.motors})),
+      motors_(bus, setup.model.input_count(), setup.drives, setup.supervisor) {
+  const int motors = setup.model.input_count();
+  command_.setZero(motors);
+  for (int i = 0; i < motors; ++i) command_(i) = control_.motors[i].min_tension_n;
+  before_ = unlimited_ = command_;
+  held_ = VectorX::Zero(motors);
+  torques_.resize(motors);
+  for (int i = 0; i < motors; ++i) {
+    gain_square_.push_back(GainSquare(setup.model.actuators[i]));
+    tension_loops_.emplace_back(
+        motors_.winch_map(),
+        controller::TensionLoopOptions{drives_.period_s, drives_.cable_stiffness_n_m,
+                                       drives_.cable_damping_n_s_m});
+  }
+  every_ = std::lround(control_.period_s / drives_.period_s);
+}
+
+void ControlSide::Turn(const Sensors& message) {
+  const double t = message.time_s;
+  const reduced::ReducedState* measured = message.has_state ? &message.state : nullptr;
+  if (!started_) {
+    estimator_->Start(message.state);
+    controller_->Start(estimator_->state());
+    started_ = true;
+  } else {
+    ++cycle_;
+    held_ = 0.5 * (before_ + command_);  // from the one to the other since the last SYNC
+    estimator_->Update(t, held_, measured);
+  }
+  planned_ = cycle_ % every_ == 0;
+  if (planned_) Plan(t);
+  Command(t);
+  SetTorques(message);
+}
+
+void ControlSide::Plan(double t_s) {
+  const std::int64_t deadline =
+      real_time_ ? Now_ns() + static_cast<std::int64_t>(1e9 * control_.deadline_s) : 0;
+  controller_->Update(t_s, &estimator_->state(), command_, deadline);
+  if (const controller::Mpc* mpc = controller_->mpc()) {
+    counters_.prepare_s.push_back(mpc->status().prepare_s);
+    counters_.solve_s.push_back(mpc->status().solve_s);
+    counters_.iterations += mpc->status().iterations;
+  }
+}
+
+// Tensions for the end of the period that begins at t.
+void ControlSide::Command(double t_s) {
+  before_ = command_;
+  controller_->Command(t_s + drives_.period_s, &estimator_->state(), command_);
+  for (Eigen::Index i = 0; i < command_.size(); ++i) {
+    if (!std::isfinite(command_(i))) command_(i) = before_(i);
+  }
+  unlimited_ = command_;
+  controller::LimitTensions(control_.motors, before_, drives_.period_s, command_);
+  counters_.limit_touches += ((unlimited_ - command_).array().abs() > kCut_n).count();
+}
+
+// The drives' torques from the commanded tensions, each cable's measured length and what its drive
+// reported.
+void ControlSide::SetTorques(const Sensors& message) {
+  for (int i = 0; i < motors_.motor_count(); ++i) {
+    const double gain_square = gain_square_[i];
+    controller::TensionLoopInput in;
+    in.tension_n = gain_square * before_(i);
+    in.tension_rate_n_s = gain_square * (command_(i) - before_(i)) / drives_.period_s;
+    in.length_m = message.cables[i].length_m;
+    in.length_rate_m_s = message.cables[i].rate_m_s;
+    in.reported_m = motors_.ReportedReel_m(i);
+    in.reported_rate_m_s = motors_.ReportedRate_m_s(i);
+    torques_[i].torque_permille =
+        static_cast<std::int16_t>(std::lround(tension_loops_[i].Update(in)));
+  }
+  motors_.SetTorques(torques_);
+}
+
+void ControlSide::PrepareNext() {
+  if ((cycle_ + 1) % every_ != 0) return;
+  controller_->SetDisturbance(estimator_->disturbance());
+  controller_->Prepare(static_cast<double>(cycle_ + 1) * drives_.period_s, command_);
+}
+
+}  // namespace mantle::loop

@@ -1,0 +1,36 @@
+#pragma once
+
+#include "model/power_names.h"
+#include "model/robot.h"
+
+/// What loads on a section of an arm, and on the root, read and give.
+
+namespace mantle::model {
+
+/// Geometry of a section, or its mean over the neighbourhood of a node.
+struct SectionGeometry {
+  double x_m{0};
+  double area_m2{0};
+  double radius_m{0};
+};
+
+/// Motion of a section, or of the root for loads on it.
+struct SectionMotion {
+  Eigen::Quaterniond rotation;  ///< section to world
+  Vector6 twist;                ///< relative to the water, section frame
+};
+
+/// Derivatives of a wrench density in the body increment zeta (rotation part only) and the twist.
+struct LoadTangent {
+  Matrix3 force_by_rotation{Matrix3::Zero()};
+  Matrix3 moment_by_rotation{Matrix3::Zero()};
+  Matrix3 force_by_velocity{Matrix3::Zero()};
+};
+
+/// Derivatives of a wrench in the root's body increment (rotation part only) and in its twist.
+struct RootTangent {
+  Eigen::Matrix<double, 6, 3> by_rotation{Eigen::Matrix<double, 6, 3>::Zero()};
+  Matrix6 by_twist{Matrix6::Zero()};
+};
+
+}  // namespace mantle::model

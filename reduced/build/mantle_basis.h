@@ -1,0 +1,17 @@
+#pragma once
+
+#include "model/plant.h"
+#include "reduced/mantle.h"
+
+/// Shapes of the reduced mantle ([physics.md] 8): profile = reference + Phi s, with Phi the lowest
+/// vibration modes of the clamped mantle and static shapes of its actuated strip minus the
+/// reference, from the plant's own tangent and equilibria, orthonormal in the plant's mass:
+/// Phi^T M Phi = I, so that s has the unit kg^(1/2) m.
+
+namespace mantle::reduced {
+
+/// Throws model::BadRobot (more coordinates than the mesh has, no strip, dependent shapes, no
+/// equilibrium at a pressure).
+MantleShapes MakeMantleShapes(const model::Plant& plant, const MantleReduction& reduction);
+
+}  // namespace mantle::reduced

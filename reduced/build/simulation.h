@@ -1,0 +1,56 @@
+#pragma once
+
+#include <functional>
+
+#include "model/simulation.h"
+#include "reduced/build/projection.h"
+#include "reduced/step.h"
+
+/// A run of the reduced model: steps aligned with the schedules' break points and output times,
+/// retried at half the step where they fail. Samples are those of the plant (model/simulation.h),
+/// taken of the lifted state.
+
+namespace mantle::reduced {
+
+struct ReducedRunSettings {
+  double duration_s{1};
+  double step_s{0.05};
+  double min_step_s{1e-6};  ///< retries stop there
+  double output_interval_s{0.05};
+  StepSettings step;
+};
+
+/// What a scene's tables [time], [output] and [reduced] say.
+ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction& reduction);
+
+class ReducedSimulation {
+ public:
+  /// Starts where the plant does (model::StartState), projected. Throws model::BadRobot.
+  ReducedSimulation(const ReducedPlant& model, const ReducedRunSettings& settings);
+
+  const ReducedState& state() const { return state_; }
+  ReducedState* mutable_state() { return &state_; }
+  model::StepStatus AdvanceTo(double t_s);
+  /// Of the lifted state, with the reduced model's own acceleration of the root.
+  model::Sample Observe();
+  /// As model::Simulation::Run; energies are reported, works and balances are not. A jet that has
+  /// run away stops it at the next sample.
+  model::RunResult Run(const std::function<bool(const model::Sample&)>& observer = {});
+
+ private:
+  const ReducedPlant& model_;
+  ReducedRunSettings settings_;
+  ReducedState state_, next_;
+  StepWork work_;
+  ReducedWork evaluation_;
+  ReducedJacobians jacobians_;
+  Projection projection_;
+  model::PlantState lifted_;
+  model::PlantWork plant_work_;
+  model::PlantInputs first_, last_;
+  VectorX acceleration_, plant_acceleration_;
+  double step_cap_s_;
+  model::StepCounters counters_;
+};
+
+}  // namespace mantle::reduced

@@ -1,0 +1,40 @@
+#include "loop/scene/text.h"
+
+#include <gtest/gtest.h>
+
+namespace mantle::scene {
+namespace {
+
+TEST(Text, Utf8IsShortestFormsOfCharacters) {
+  EXPECT_TRUE(IsUtf8(""));
+  EXPECT_TRUE(IsUtf8("plain"));
+  EXPECT_TRUE(IsUtf8("\xc3\xa9 \xe2\x82\xac \xf0\x9f\x90\x99"));  // e acute, euro, octopus
+  EXPECT_TRUE(IsUtf8("\xf4\x8f\xbf\xbf")) << "U+10FFFF";
+  EXPECT_FALSE(IsUtf8("\xff"));
+  EXPECT_FALSE(IsUtf8("\xe9t\xe9")) << "Latin-1";
+  EXPECT_FALSE(IsUtf8("\xc3")) << "cut short";
+  EXPECT_FALSE(IsUtf8("\xc0\xaf")) << "longer than it need be";
+  EXPECT_FALSE(IsUtf8("\xe0\x80\xaf")) << "longer than it need be";
+  EXPECT_FALSE(IsUtf8("\xed\xa0\x80")) << "surrogate";
+  EXPECT_FALSE(IsUtf8("\xf4\x90\x80\x80")) << "beyond U+10FFFF";
+  EXPECT_FALSE(IsUtf8("\x80"));
+}
+
+TEST(Text, NamesComeFromAnyFileName) {
+  EXPECT_TRUE(IsName("my_scene-2"));
+  EXPECT_FALSE(IsName("my scene"));
+  EXPECT_FALSE(IsName(""));
+  EXPECT_EQ(NameFrom("my scene"), "my_scene");
+  EXPECT_EQ(NameFrom("paper"), "paper");
+  EXPECT_EQ(NameFrom(""), "scene");
+  EXPECT_TRUE(IsName(NameFrom("\xff/..")));
+}
+
+TEST(Text, MessagesAreOneShortLine) {
+  EXPECT_EQ(Printable("a\nb\xff\x1b"), "a\\x0ab\\xff\\x1b");
+  EXPECT_EQ(Printable("\xe2\x82\xac"), "\xe2\x82\xac");
+  EXPECT_LE(Printable(std::string(100000, 'x')).size(), 130u);
+}
+
+}  // namespace
+}  // namespace mantle::scene
