@@ -59,7 +59,7 @@ CannotGoOn CannotPublish(const fs::path& from, const fs::path& to, const std::st
 }
 
 fs::path PartialName(const fs::path& folder, bool inside) {
-  return inside ? folder / "run.partial" : fs::path(folder.string() + ".partial");
+  return inside ? folder / "run.partial" : fs::path(fmt::format("{}.partial", folder.string()));
 }
 
 // Removes files of these names; what is no file of these names stays.
@@ -67,7 +67,7 @@ void RemoveResults(const fs::path& folder, ResultNames names, ResultNames kept) 
   std::error_code absent;
   for (const char* name : names) {
     if (!Contains(kept, name)) fs::remove(folder / name, absent);
-    fs::remove(folder / (std::string(name) + ".new"), absent);
+    fs::remove(folder / fmt::format("{}.new", name), absent);
   }
 }
 
@@ -90,7 +90,7 @@ ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultName
   shown_partial_ = plain ? PartialName(shown_, inside_) : partial_;
   lock_ = std::make_unique<FolderLock>(
       inside_ ? folder_ / ".run.lock"
-              : folder_.parent_path() / ("." + folder_.filename().string() + ".lock"),
+              : folder_.parent_path() / fmt::format(".{}.lock", folder_.filename().string()),
       folder);
   const fs::file_status status = fs::symlink_status(partial_);
   if (fs::exists(status) && !fs::is_directory(status)) {
