@@ -73,7 +73,7 @@ void RemoveResults(const fs::path& folder, ResultNames names, ResultNames kept) 
 
 }  // namespace
 
-ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultNames kept)
+ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, const Kept& kept)
     : shown_(WithoutSlash(folder)), folder_(Resolved(folder)), names_(names) {
   std::error_code error;
   if (!folder_.has_filename() || fs::is_symlink(fs::symlink_status(folder_))) {
@@ -85,8 +85,8 @@ ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultName
   inside_ = exists && (IsMountPoint(folder_) || !Writable(folder_.parent_path()));
   if (!inside_ && !Writable(folder_.parent_path())) throw CannotWrite(folder);
   partial_ = PartialName(folder_, inside_);
-  // "." has no name to add to.
-  const bool plain = shown_.filename() != "." && shown_.filename() != "..";
+  // A link's or "."'s own name says nothing of where the folder is.
+  const bool plain = fs::absolute(shown_, error).lexically_normal() == folder_;
   shown_partial_ = plain ? PartialName(shown_, inside_) : partial_;
   lock_ = std::make_unique<FolderLock>(
       inside_ ? folder_ / ".run.lock"
@@ -99,7 +99,8 @@ ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultName
   }
   fs::create_directory(partial_, error);
   if (error || !Writable(partial_)) throw CannotWrite(shown_partial_);
-  RemoveResults(partial_, names_, kept);
+  const bool goes_on = !kept.folder.empty() && fs::equivalent(kept.folder, partial_, error);
+  RemoveResults(partial_, names_, goes_on ? kept.names : ResultNames());
 }
 
 ResultFolder::~ResultFolder() { rmdir(partial_.c_str()); }
