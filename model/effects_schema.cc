@@ -44,6 +44,15 @@ static void Describe(Visitor& v, RigidDrag& drag) {
            Quantity::kArea, kNonNegative, &drag.axial_area_m2);
 }
 
+static void Describe(Visitor& v, MagneticField& m) {
+  v.Vector(Required({"field", "uniform, world frame [T]"}), Quantity::kNumber, kAnyValue,
+           &m.field_t);
+  v.Vector({"root_moment", "of the root, its frame [A m^2]"}, Quantity::kNumber, kAnyValue,
+           &m.root_moment_a_m2);
+  v.Vector({"arm_moment", "per length of every arm, section frame [A m]"}, Quantity::kNumber,
+           kAnyValue, &m.arm_moment_a_m);
+}
+
 void Describe(Visitor& v, Effects& e) {
   v.Boolean({"weight", "of every body"}, &e.weight);
   v.Boolean({"buoyancy", "of every body"}, &e.buoyancy);
@@ -88,6 +97,8 @@ void Describe(Visitor& v, Effects& e) {
            &e.lateral_drag);
   v.Effect({"roll_drag", "quadratic, about e3: fins"}, &e.roll_drag);
   v.Effect({.name = "rigid_drag", .meaning = "quadratic", .also = "a rigid body"}, &e.rigid_drag);
+  v.Effect({"magnetic_field", "turns bodies that carry a magnetic moment: torque m x B"},
+           &e.magnetic_field);
   v.Vector({"current", "uniform steady velocity of the water, world frame"}, Quantity::kSpeed,
            kAnyValue, &e.current_m_s);
 }
