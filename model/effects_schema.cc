@@ -8,6 +8,7 @@ namespace {
 using schema::kAnyValue;
 using schema::kNonNegative;
 using schema::kPositive;
+using schema::Optional;
 using schema::Presence;
 using schema::Quantity;
 using schema::Required;
@@ -97,8 +98,11 @@ void Describe(Visitor& v, Effects& e) {
            &e.lateral_drag);
   v.Effect({"roll_drag", "quadratic, about e3: fins"}, &e.roll_drag);
   v.Effect({.name = "rigid_drag", .meaning = "quadratic", .also = "a rigid body"}, &e.rigid_drag);
-  v.Effect({"magnetic_field", "turns bodies that carry a magnetic moment: torque m x B"},
-           &e.magnetic_field);
+  MagneticField magnet;
+  if (v.Table(Optional({"magnetic_field", "turns bodies that carry a magnetic moment: m x B"}),
+              [&](Visitor& t) { Describe(t, magnet); })) {
+    e.magnetic_field = magnet;
+  }
   v.Vector({"current", "uniform steady velocity of the water, world frame"}, Quantity::kSpeed,
            kAnyValue, &e.current_m_s);
 }
