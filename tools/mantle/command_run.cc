@@ -160,12 +160,11 @@ class RunJob {
   // What it goes on from stays until there is something newer.
   void OpenFolder() {
     constexpr const char* kResumed[] = {"trajectory.csv", "checkpoint"};
-    std::error_code absent;
-    const bool goes_on =
-        !options_.resume.empty() &&
-        std::filesystem::equivalent(options_.resume, PartialOf(out_, "checkpoint"), absent);
-    folder_ = std::make_unique<ResultFolder>(out_, kSceneResults,
-                                             goes_on ? ResultNames(kResumed) : ResultNames());
+    ResultFolder::Kept kept;
+    if (!options_.resume.empty()) {
+      kept = {std::filesystem::absolute(options_.resume).parent_path(), kResumed};
+    }
+    folder_ = std::make_unique<ResultFolder>(out_, kSceneResults, kept);
   }
 
   void StartTrajectory(const std::string& begin) {

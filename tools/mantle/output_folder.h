@@ -38,10 +38,16 @@ inline constexpr const char* kSceneResults[] = {
 
 class ResultFolder {
  public:
-  /// Locks the folder and empties DIR.partial of earlier results of these names, but for `kept`
-  /// (those that a resumed run goes on from). Makes parents where they are missing. Throws BadInput
-  /// where the folder cannot be written or is another process's.
-  ResultFolder(const std::filesystem::path& folder, ResultNames names, ResultNames kept = {});
+  /// What a resumed run goes on from: these names in `folder`, where that is DIR.partial.
+  struct Kept {
+    std::filesystem::path folder;
+    ResultNames names;
+  };
+
+  /// Locks the folder and empties DIR.partial of earlier results of these names, but for `kept`.
+  /// Makes parents where they are missing. Throws BadInput where the folder cannot be written or is
+  /// another process's.
+  ResultFolder(const std::filesystem::path& folder, ResultNames names, const Kept& kept = {});
   /// Leaves DIR.partial, unless it is empty.
   ~ResultFolder();
   ResultFolder(const ResultFolder&) = delete;
