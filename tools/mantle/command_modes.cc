@@ -87,8 +87,7 @@ std::string ShapesCsv(const model::Plant& plant, const std::vector<model::Motion
     }
     for (int j = 0; j < plant.shape_count(); ++j) {
       const Eigen::Vector3cd q = modes[k].shape.segment<3>(plant.ShellVelocity(j));
-      row(k, plant.shell->name, j, plant.shell->nodes[j].x_m, {q(0), 0.0, q(1)},
-          {0.0, q(2), 0.0});
+      row(k, plant.shell->name, j, plant.shell->nodes[j].x_m, {q(0), 0.0, q(1)}, {0.0, q(2), 0.0});
     }
   }
   return text;
