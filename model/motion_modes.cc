@@ -14,9 +14,9 @@
 namespace mantle::model {
 namespace {
 
-constexpr double kConverged = 1e-9;      // residual of an eigenpair, relative to its eigenvalue
-constexpr double kSafety = 10.0;         // between a residual and what it may do to a sign
-constexpr int kFirstSize = 40;           // of the Krylov space; doubled where that is too small
+constexpr double kConverged = 1e-9;  // residual of an eigenpair, relative to its eigenvalue
+constexpr double kSafety = 10.0;     // between a residual and what it may do to a sign
+constexpr int kFirstSize = 40;       // of the Krylov space; doubled where that is too small
 constexpr int kLargestSize = 320;
 constexpr int kLargestSizeForSign = 160;
 constexpr double kVelocityProbe = 1e-4;  // rad/s and m/s: forces are linear to first order at rest
@@ -27,7 +27,12 @@ constexpr double kFreeShift = 0.3;       // of the lowest rate: keeps a free roo
 class ShiftInverse {
  public:
   ShiftInverse(const Plant& plant, const PlantState& rest, const PlantInputs& inputs)
-      : plant_(plant), rest_(rest), moved_(rest), inputs_(inputs), work_(plant), probe_(plant),
+      : plant_(plant),
+        rest_(rest),
+        moved_(rest),
+        inputs_(inputs),
+        work_(plant),
+        probe_(plant),
         matrix_(plant) {
     const int n = plant.velocity_size();
     for (VectorX* v : {&force_, &product_, &image_}) v->setZero(n);
@@ -132,8 +137,7 @@ class ShiftInverse {
 
 // Modes out of a Krylov space of m vectors; false where the `count` nearest have not converged.
 bool FromSpace(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& h, int m, bool whole,
-               double shift, int count, MotionAccuracy accuracy,
-               std::vector<MotionMode>* modes) {
+               double shift, int count, MotionAccuracy accuracy, std::vector<MotionMode>* modes) {
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(h.topLeftCorner(m, m));
   const Eigen::VectorXcd values = solver.eigenvalues();
   const Eigen::MatrixXcd vectors = solver.eigenvectors();
@@ -180,8 +184,7 @@ double MotionMode::damping_ratio() const {
 bool MotionMode::unstable() const { return rate_1_s.real() > kGrowth * std::abs(rate_1_s); }
 
 std::vector<MotionMode> MotionModes(const Plant& plant, const PlantState& rest,
-                                    const PlantInputs& inputs, int count,
-                                    MotionAccuracy accuracy) {
+                                    const PlantInputs& inputs, int count, MotionAccuracy accuracy) {
   ShiftInverse inverse(plant, rest, inputs);
   const int n = static_cast<int>(inverse.start().size());
   std::vector<MotionMode> modes;
@@ -211,8 +214,9 @@ std::vector<MotionMode> MotionModes(const Plant& plant, const PlantState& rest,
     }
     if (FromSpace(basis, h, done, whole, inverse.shift(), count, accuracy, &modes)) return modes;
   }
-  throw std::runtime_error(fmt::format(
-      "modes: the {} modes nearest to zero did not converge in a space of {} vectors", count, done));
+  throw std::runtime_error(
+      fmt::format("modes: the {} modes nearest to zero did not converge in a space of {} vectors",
+                  count, done));
 }
 
 }  // namespace mantle::model

@@ -5,8 +5,8 @@
 
 #include "model/plant.h"
 
-/// The linearised motion about a state of rest, with viscosity, drag under a current, added mass and
-/// loads that follow the body:
+/// The linearised motion about a state of rest, with viscosity, drag under a current, added mass
+/// and loads that follow the body:
 ///
 ///   M zeta'' = (D - M ad_eta) zeta' + (K + D ad_eta) zeta,    zeta = x exp(lambda t)
 ///
@@ -27,18 +27,18 @@ struct MotionMode {
   bool unstable() const;
 };
 
-/// How well eigenvalues must have converged. Kelvin-Voigt materials have clusters of overdamped ones
-/// (at -E / 3 eta), which Arnoldi's iteration cannot tell apart; where only growth matters, it need
-/// not.
+/// How well eigenvalues must have converged. Kelvin-Voigt materials have clusters of overdamped
+/// ones (at -E / 3 eta), which Arnoldi's iteration cannot tell apart; where only growth matters, it
+/// need not.
 enum class MotionAccuracy {
   kFull,  ///< to nine digits
   kSign   ///< the sign of their real parts is certain
 };
 
-/// The `count` modes nearest to lambda = 0 (fewer if the mesh has fewer), nearest first. `rest` holds
-/// the velocities of a body at rest. A free root's rigid motions come first, with rates of zero to
-/// the square root of round-off. Throws std::runtime_error where the stiffness is singular or the
-/// iteration does not converge.
+/// The `count` modes nearest to lambda = 0 (fewer if the mesh has fewer), nearest first. `rest`
+/// holds the velocities of a body at rest. A free root's rigid motions come first, with rates of
+/// zero to the square root of round-off. Throws std::runtime_error where the stiffness is singular
+/// or the iteration does not converge.
 std::vector<MotionMode> MotionModes(const Plant& plant, const PlantState& rest,
                                     const PlantInputs& inputs, int count,
                                     MotionAccuracy accuracy = MotionAccuracy::kFull);

@@ -8,6 +8,7 @@
 
 #include "model/modes.h"
 #include "model/motion_modes.h"
+#include "model/static_newton.h"
 
 namespace mantle::model {
 namespace {
@@ -16,7 +17,8 @@ constexpr int kMotions = 8;           // nearest to zero, where growing ones are
 constexpr double kNudge = 1e-2;       // rad or body lengths along the growing mode
 constexpr double kLongestMove = 0.3;  // the same units, of one step downhill
 constexpr int kDescents = 400;
-// Of the growth rate: Newton loses the square of it, 1e-6 of a correction, where nothing is neutral.
+// Of the growth rate. Growth below this share of it counts as neutral, as a turn about an axis of
+// symmetry is; Newton loses the square of it, 1e-6 of a correction.
 constexpr double kNeutralShift = 1e-3;
 
 bool HasMoment(const Vector6& wrench) { return !wrench.head<3>().isZero(0.0); }
@@ -79,8 +81,8 @@ Stability JudgeStability(const StaticProblem& problem, bool conservative, Static
     PlantWork work(problem.plant());
     PlantInputs inputs;
     problem.Evaluate(newton->load_factor, &newton->state, &inputs, &work);
-    for (const MotionMode& mode : MotionModes(problem.plant(), newton->state, inputs, kMotions,
-                                              MotionAccuracy::kSign)) {
+    for (const MotionMode& mode :
+         MotionModes(problem.plant(), newton->state, inputs, kMotions, MotionAccuracy::kSign)) {
       if (!mode.unstable()) continue;
       const bool flutter = mode.rate_1_s.imag() != 0.0;
       out.unstable_directions += flutter ? 2 : 1;
@@ -125,7 +127,7 @@ bool LeaveUnstableBranch(const StaticProblem& problem, StaticNewton* newton) {
   };
   for (int k = 0; k < kDescents; ++k) {
     if (problem.Evaluate(load, &state, &inputs, &work)) return back();
-    const bool valley = matrix.FactorAtRest(plant, state, inputs, work, 0.0) &&
+    const bool valley = matrix.FactorAtRest(plant, state, inputs, work, newton->shift_1_s) &&
                         matrix.NegativeEigenvalues() == 0;
     if (valley) {
       newton->state = state;
@@ -136,11 +138,12 @@ bool LeaveUnstableBranch(const StaticProblem& problem, StaticNewton* newton) {
     }
     while (true) {  // a step downhill, shorter where it is too long
       if (s > 1e12) return back();
-      if (matrix.FactorAtRest(plant, state, inputs, work, s) &&
-          matrix.NegativeEigenvalues() == 0) {
+      if (matrix.FactorAtRest(plant, state, inputs, work, s) && matrix.NegativeEigenvalues() == 0) {
         problem.Solve(work.force, &matrix, &step);
         problem.Move(state, step, 1.0, &next);
-        if (problem.Size(step.zeta) < kLongestMove && !problem.Evaluate(load, &next, &inputs, &work)) break;
+        if (problem.Size(step.zeta) < kLongestMove &&
+            !problem.Evaluate(load, &next, &inputs, &work))
+          break;
         if (problem.Evaluate(load, &state, &inputs, &work)) return back();
       }
       s *= 2.0;

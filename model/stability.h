@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "model/static_newton.h"
+#include "model/plant.h"
 
 /// Stability of an equilibrium. Where every load has a potential the tangent is symmetric, and the
 /// unstable directions are its negative eigenvalues, counted by the inertia of the block
@@ -13,6 +13,9 @@
 /// motion (V. V. Bolotin, Nonconservative Problems of the Theory of Elastic Stability, 1963).
 
 namespace mantle::model {
+
+class StaticNewton;
+class StaticProblem;
 
 enum class StabilityTest { kInertia, kLinearisedMotion };
 const char* ToString(StabilityTest test);  ///< "inertia", "linearised motion"

@@ -60,8 +60,8 @@ double StaticNewton::Solve(const Plane* plane, const VectorX& force, StaticStep*
   problem_.Solve(force, &matrix_, step);
   if (plane == nullptr) return 0.0;
   problem_.PathIncrement(*step, &path_step_);
-  const double load = (plane_left_ - plane->normal->dot(path_step_)) /
-                      plane->normal->dot(path_by_load_);
+  const double load =
+      (plane_left_ - plane->normal->dot(path_step_)) / plane->normal->dot(path_by_load_);
   step->zeta += load * by_load_.zeta;
   step->strain += load * by_load_.strain;
   return load;
@@ -112,10 +112,11 @@ StaticNewton::Outcome StaticNewton::Iterate(double factor, const Plane* plane) {
       if (alpha < kSmallestDamping) {
         if (failure) return Fail(Outcome::kNotAState, failure.Message());
         contraction_ = bar / size_;
-        return Fail(Outcome::kDiverged,
-                    fmt::format("no part of Newton's step brings it nearer (increment {:.2g} rad or "
-                                "body lengths, then {:.2g})",
-                                size_, bar));
+        return Fail(
+            Outcome::kDiverged,
+            fmt::format("no part of Newton's step brings it nearer (increment {:.2g} rad or "
+                        "body lengths, then {:.2g})",
+                        size_, bar));
       }
     }
     travelled_ += alpha * way_;
@@ -173,7 +174,7 @@ bool StaticNewton::Tangent(StaticStep* by_load, VectorX* path) {
 
 int StaticNewton::NegativeEigenvalues() {
   trial_ = state;
-  if (problem_.Evaluate(load_factor, &trial_, &inputs_, &work_) || !Factor(0.0)) return -1;
+  if (problem_.Evaluate(load_factor, &trial_, &inputs_, &work_) || !Factor(shift_1_s)) return -1;
   return matrix_.NegativeEigenvalues();
 }
 

@@ -97,8 +97,7 @@ EvaluationFailure StaticProblem::Evaluate(double factor, StaticState* state, Pla
       const RodElement& e = rod.elements[i];
       RodElementState& s = work->rod[a][i];
       const Vector6 read = s.d - e.length * e.reference_strain;
-      const Vector6 stress =
-          e.stiffness.cwiseProduct(state->extension[a][i] - read) / e.length;
+      const Vector6 stress = e.stiffness.cwiseProduct(state->extension[a][i] - read) / e.length;
       Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
       AddRodElementForces(s, stress, &f1, &f2);
       if (i > 0) work->force.segment<6>(plant_.ArmVelocity(a, i)) += f1;

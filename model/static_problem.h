@@ -13,12 +13,12 @@
 /// the plant's loads want ([physics.md] 2). The root is held: clamped, or where a prescribed motion
 /// has brought it at the instant.
 ///
-/// Coordinates. Tangents are in body increments zeta of the nodes (laid out as v). What a step moves
-/// are the strains: with d = log(g_i^-1 g_i+1) of an element, d <- d + Jr^-1(d) zeta_i+1 - Jl^-1(d)
-/// zeta_i, and the poses follow from the held root outwards. To first order this is g exp(zeta^); but
-/// the stress after the step is exactly the one the linearisation foresaw. Moving each node by
-/// itself instead stretches elements by the square of the rotation, which in a rod of high EA L^2/EI
-/// drowns every other force and costs Newton hundreds of iterations.
+/// Coordinates. Tangents are in body increments zeta of the nodes (laid out as v). What a step
+/// moves are the strains: with d = log(g_i^-1 g_i+1) of an element, d <- d + Jr^-1(d) zeta_i+1 -
+/// Jl^-1(d) zeta_i, and the poses follow from the held root outwards. To first order this is g
+/// exp(zeta^); but the stress after the step is exactly the one the linearisation foresaw. Moving
+/// each node by itself instead stretches elements by the square of the rotation, which in a rod of
+/// high EA L^2/EI drowns every other force and costs Newton hundreds of iterations.
 ///
 /// The state keeps what the strains differ from rest by: read back from poses of size 1 they would
 /// carry the round-off of those, 1e-16 / l, and EA times that is 1e-4 N where EA = 1e10 N.

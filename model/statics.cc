@@ -5,20 +5,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/static_newton.h"
+
 namespace mantle::model {
 namespace {
 
 using Outcome = StaticNewton::Outcome;
 
-constexpr double kSmallestStep = 1e-6;              // of the first load step
-constexpr double kBifurcationStep = 1.0 / 1024.0;   // of it: a bifurcation is located to this
-constexpr double kWantedIterations = 5;             // of an arc-length step; its length adapts
-constexpr double kLongestPath = 1.0;                // of one arc-length step (rad)
-constexpr double kLongestLoad = 2.0;                // of one arc-length step, in load steps
-constexpr double kLimitSlope = 1e-5;                // of the first slope: the limit point is located
+constexpr double kSmallestStep = 1e-6;  // of the first load step
+constexpr int kMostAttempts = 30;       // for each load step, and 20 times as many in all
+constexpr double kBifurcationStep = 1.0 / 1024.0;  // of it: a bifurcation is located to this
+constexpr double kWantedIterations = 5;            // of an arc-length step; its length adapts
+constexpr double kLongestPath = 1.0;               // of one arc-length step (rad)
+constexpr double kLongestLoad = 2.0;               // of one arc-length step, in load steps
+constexpr double kLimitSlope = 1e-5;               // of the first slope: the limit point is located
 constexpr int kLimitSearch = 30;
-// A step continues the path where it went at least this much in the direction of its tangent and not
-// this many times as far. Stiffening shortens a way tenfold without leaving the path.
+// A step continues the path where it went at least this much in the direction of its tangent and
+// not this many times as far. Stiffening shortens a way tenfold without leaving the path.
 constexpr double kSmallestCosine = 0.3;
 constexpr double kLongestWay = 4.0;
 constexpr double kNoWay = 1e-6;  // rad: a way too short to have a direction
@@ -83,6 +86,8 @@ class Statics {
   bool TraceLoad() {
     double step = full_step_;
     const double end = settings_.max_load_factor;
+    const int most = kMostAttempts * std::min(settings_.load_steps + 20, 10000);
+    int attempts = 0;
     while (load() < end * (1 - 1e-12)) {
       const StaticState before = newton_.state;
       const double from = load();
@@ -94,11 +99,12 @@ class Statics {
       // Whole load steps stay on their grid also after shorter ones.
       const double grid = (std::floor(from / full_step_ + 1e-9) + 1.0) * full_step_;
       const double to = std::min({from + step, grid, end});
+      ++attempts;
       const Outcome outcome = newton_.AtLoad(to > end - 1e-9 * full_step_ ? end : to);
       const bool jumped = outcome == Outcome::kConverged && !Continues();
       if (outcome != Outcome::kConverged || jumped) {
         back(to);
-        if (step < kSmallestStep * full_step_) {
+        if (step < kSmallestStep * full_step_ || attempts > most) {
           result_.reason = jumped ? Beyond(kJump) : Explain(outcome);
           return false;
         }
@@ -131,9 +137,7 @@ class Statics {
     double load, slope;
     Stability stability;
   };
-  Place Here() const {
-    return {newton_.state, direction_, tangent_, load(), slope_, stability_};
-  }
+  Place Here() const { return {newton_.state, direction_, tangent_, load(), slope_, stability_}; }
   void GoTo(const Place& place) {
     newton_.state = place.state;
     newton_.load_factor = place.load;
@@ -156,21 +160,31 @@ class Statics {
 
   Outcome ArcStep(double ds) { return newton_.AlongPath(direction_, ds, tangent_, slope_ * ds); }
 
-  // The limit point between `rising` (slope > 0) and `ds` beyond it, where the slope is `falling`:
-  // regula falsi on the slope, from `rising` each time.
+  // The limit point between `rising` (slope > 0) and `ds` beyond it, where the slope is `falling`, to
+  // its far side: Illinois' regula falsi on the slope, from `rising` each time.
   bool LocateLimit(const Place& rising, double ds, double falling) {
     double low = 0, high = ds, at_low = rising.slope, at_high = falling;
     const double wanted = kLimitSlope / first_response_;
+    int side = 0;
     for (int k = 0; k < kLimitSearch; ++k) {
-      double at = low + (high - low) * at_low / (at_low - at_high);
-      if (k % 3 == 2) at = 0.5 * (low + high);  // regula falsi may hold one end
+      const double at = low + (high - low) * at_low / (at_low - at_high);
       GoTo(rising);
       if (ArcStep(at) != Outcome::kConverged || !Orient()) return false;
-      if (std::abs(slope_) < wanted) return true;
-      (slope_ > 0 ? low : high) = at;
-      (slope_ > 0 ? at_low : at_high) = slope_;
+      if (slope_ > 0) {
+        low = at;
+        at_low = slope_;
+        if (side > 0) at_high *= 0.5;
+        side = 1;
+      } else {
+        if (-slope_ < wanted) return true;
+        high = at;
+        at_high = slope_;
+        if (side < 0) at_low *= 0.5;
+        side = -1;
+      }
     }
-    return true;
+    GoTo(rising);
+    return ArcStep(high) == Outcome::kConverged && Orient();
   }
 
   bool TraceArc() {
@@ -276,9 +290,8 @@ class Statics {
       case Outcome::kSingular:
         return Beyond(kOther, cause + ": the robot has a direction without stiffness");
       case Outcome::kIterations:
-        return Beyond(kOther,
-                      fmt::format("{}; statics.max_iterations = {} must be larger", cause,
-                                  settings_.max_iterations));
+        return Beyond(kOther, fmt::format("{}; statics.max_iterations = {} must be larger", cause,
+                                          settings_.max_iterations));
       default:
         return Beyond(kOther, fmt::format("{}, and no limit point is near; the mesh may be too "
                                           "coarse for the shape there (more elements)",

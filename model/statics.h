@@ -8,11 +8,11 @@
 #include "model/plant.h"
 #include "model/stability.h"
 
-/// Equilibria of a robot with a held root under its loads at t = time, all scaled by the load factor
-/// lambda (model/static_problem.h): a path of them, followed from rest. Load steps: each is taken by
-/// Newton and kept only where the equilibrium continues the path (near where the tangent pointed,
-/// with as many unstable directions), else halved. Arc length: along the path itself, over limit
-/// points. Where the number of unstable directions changes on a path that goes on, there is a
+/// Equilibria of a robot with a held root under its loads at t = time, all scaled by the load
+/// factor lambda (model/static_problem.h): a path of them, followed from rest. Load steps: each is
+/// taken by Newton and kept only where the equilibrium continues the path (near where the tangent
+/// pointed, with as many unstable directions), else halved. Arc length: along the path itself, over
+/// limit points. Where the number of unstable directions changes on a path that goes on, there is a
 /// bifurcation: the path stays on its primary branch, or leaves it for the stable one.
 
 namespace mantle::model {
@@ -50,8 +50,8 @@ struct StaticsResult {
   /// Where the number of unstable directions changes: to a thousandth of a load step; to a point of
   /// the path on arc length and where loads have no potential.
   std::vector<double> bifurcation_load_factors;
-  Stability stability;                           ///< of the state
-  std::vector<std::string> without_potential;    ///< loads that make the tangent unsymmetric
+  Stability stability;                         ///< of the state
+  std::vector<std::string> without_potential;  ///< loads that make the tangent unsymmetric
   std::vector<StaticsPoint> path;
   int iterations{0};
   std::vector<double> cable_length_m, cable_tension_n;

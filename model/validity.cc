@@ -26,8 +26,7 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work) {
       const RodElement& e = rod.elements[i];
       const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
       const double radius =
-          nominal ? 0.0
-                  : 0.5 * (rod.nodes[i].section.radius_m + rod.nodes[i + 1].section.radius_m);
+          nominal ? 0.0 : 0.5 * (rod.nodes[i].section.radius_m + rod.nodes[i + 1].section.radius_m);
       const double stretch = std::abs(strain(3)) + radius * strain.segment<2>(1).norm();
       const double shear = strain.tail<2>().norm() + radius * std::abs(strain(0));
       consider(std::max(stretch, shear), rod.name, 0.5 * (rod.x_m[i] + rod.x_m[i + 1]));
@@ -38,8 +37,8 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work) {
   const double h = shell.material.half_thickness_m;
   for (int i = 0; i < shell.element_count(); ++i) {
     const Vector5& e = work.shell[i].strain;
-    const double value = std::max({std::abs(e(0)) + h * std::abs(e(2)),
-                                   std::abs(e(1)) + h * std::abs(e(3)), std::abs(e(4))});
+    const double value = std::max(
+        {std::abs(e(0)) + h * std::abs(e(2)), std::abs(e(1)) + h * std::abs(e(3)), std::abs(e(4))});
     consider(value, shell.name, 0.5 * (shell.nodes[i].x_m + shell.nodes[i + 1].x_m));
   }
   return largest;
@@ -59,8 +58,7 @@ LobedBuckling FindLobedBuckling(const Shell& shell) {
   for (int n = 2; n <= kMostLobes; ++n) {
     const double n2 = static_cast<double>(n) * n;
     const double membrane = std::pow(alpha2 / (n2 + alpha2), 2);
-    const double bending =
-        std::pow(slenderness * (n2 + alpha2 - 1.0), 2) / (12.0 * stiffening);
+    const double bending = std::pow(slenderness * (n2 + alpha2 - 1.0), 2) / (12.0 * stiffening);
     const double p = m.young_pa * slenderness / (n2 - 1.0) * (membrane + bending);
     if (p < out.held_pa) {
       out.held_pa = p;
@@ -94,15 +92,17 @@ double InwardPressure(const Plant& plant, const PlantInputs& inputs,
 
 std::vector<std::string> StrainWarnings(const LargestStrain& strain) {
   if (!(strain.value > kLargeStrain)) return {};
-  return {fmt::format("{}: strain {:.3g} at X = {:.4g} m, beyond {} the linear material law is a "
-                      "guess: lower the loads or take a secant modulus",
-                      strain.body, strain.value, strain.x_m, kLargeStrain)};
+  return {
+      fmt::format("{}: strain {:.3g} at X = {:.4g} m, beyond {} the linear material law is a "
+                  "guess: lower the loads or take a secant modulus",
+                  strain.body, strain.value, strain.x_m, kLargeStrain)};
 }
 
 std::vector<std::string> LobedBucklingWarnings(const LobedBuckling& buckling, double working_pa) {
   if (!(working_pa > buckling.free_pa)) return {};
   return {fmt::format(
-      "mantle: {:.4g} Pa inward where a tube of its size goes into lobes at {:.3g} Pa (ends free) to "
+      "mantle: {:.4g} Pa inward where a tube of its size goes into lobes at {:.3g} Pa (ends free) "
+      "to "
       "{:.3g} Pa (ends held round, {} lobes), which the axisymmetric model cannot show: ribs or a "
       "thicker wall must hold it round",
       working_pa, buckling.free_pa, buckling.held_pa, buckling.held_lobes)};

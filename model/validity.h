@@ -11,8 +11,8 @@
 
 namespace mantle::model {
 
-/// A strain beyond this is outside what a linear law holds for in an elastomer: the secant modulus of
-/// silicones is off by tens of per cent there.
+/// A strain beyond this is outside what a linear law holds for in an elastomer: the secant modulus
+/// of silicones is off by tens of per cent there.
 inline constexpr double kLargeStrain = 0.3;
 
 struct LargestStrain {
@@ -22,17 +22,17 @@ struct LargestStrain {
 };
 
 /// Largest fibre strain at the state of the last evaluation. Arms: stretch with the bending at the
-/// section's edge, or shear with the torsion there (centreline strains alone where the arm's stiffness
-/// is given as numbers, since its radius is then nominal); mantle: meridional or hoop strain at the
-/// inner or outer face, or transverse shear.
+/// section's edge, or shear with the torsion there (centreline strains alone where the arm's
+/// stiffness is given as numbers, since its radius is then nominal); mantle: meridional or hoop
+/// strain at the inner or outer face, or transverse shear.
 LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work);
 
 /// Classical pressures at which a tube of the mantle's largest radius R, thickness t = 2h and
 /// meridian length L goes into lobes under uniform external pressure (R. von Mises, VDI-Z 58, 1914;
 /// D. F. Windenburg, C. Trilling, Trans. ASME 56, 1934), alpha = pi R / L:
 ///
-///   p = E t / (R (n^2 - 1)) [alpha^4 / (n^2 + alpha^2)^2 + t^2 (n^2 + alpha^2 - 1)^2 / (12 R^2 (1 -
-///   nu^2))]
+///   p = E t / (R (n^2 - 1)) [alpha^4 / (n^2 + alpha^2)^2 + t^2 (n^2 + alpha^2 - 1)^2 / (12 R^2 (1
+///   - nu^2))]
 ///
 /// with its ends held round; alpha -> 0, n = 2 where nothing holds them. The axisymmetric model
 /// cannot see this.
@@ -43,8 +43,8 @@ struct LobedBuckling {
 };
 LobedBuckling FindLobedBuckling(const Shell& shell);
 
-/// Largest inward pressure on the mantle [Pa]: strips, spokes at these tensions (in the plant's order
-/// of cables), and a negative inner pressure, added up where strips overlap.
+/// Largest inward pressure on the mantle [Pa]: strips, spokes at these tensions (in the plant's
+/// order of cables), and a negative inner pressure, added up where strips overlap.
 double InwardPressure(const Plant& plant, const PlantInputs& inputs,
                       const std::vector<double>& cable_tension_n);
 

@@ -139,6 +139,12 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
     if (!EvaluateArm(model.arms[a], m, &work->arms[a])) {
       return {model.robot.arms[a].name.c_str(), "a force or a pose is not finite"};
     }
+    for (int l = 0; l < model.arms[a].dynamic_intervals; ++l) {
+      if (!(work->arms[a].at[l].omega(3) > 0.0)) {
+        return {model.plant.rods[a].name.c_str(),
+                "stretch along the arm: the material is turned inside out"};
+      }
+    }
     work->residual.head<6>() += work->arms[a].base_wrench;
     work->residual.segment(6 + model.arm_first(a), model.arms[a].size()) = work->arms[a].residual;
   }

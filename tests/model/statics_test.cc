@@ -8,7 +8,8 @@
 #include "model/simulation.h"
 #include "tests/support/runs.h"
 
-/// Equilibria against closed forms, and what statics must say when there is none or an unstable one.
+/// Equilibria against closed forms, and what statics must say when there is none or an unstable
+/// one.
 
 namespace mantle::model {
 namespace {
@@ -39,8 +40,8 @@ void Load(Robot* robot, const Vector3& moment, const Vector3& force, LoadFrame f
   robot->arms[0].points.push_back(load);
 }
 
-StaticsResult Solve(const Robot& robot, int load_steps, StaticBranch branch = StaticBranch::kPrimary,
-                    bool arc_length = false) {
+StaticsResult Solve(const Robot& robot, int load_steps,
+                    StaticBranch branch = StaticBranch::kPrimary, bool arc_length = false) {
   StaticsSettings settings;
   settings.load_steps = load_steps;
   settings.branch = branch;
@@ -51,8 +52,8 @@ StaticsResult Solve(const Robot& robot, int load_steps, StaticBranch branch = St
 constexpr double kEuler = kPi * kPi / 4.0;  // of a unit cantilever
 
 TEST(Statics, CountsEveryUnstableDirectionOfAStraightColumn) {
-  // A clamped column has critical loads (2k - 1)^2 pi^2 EI / 4 L^2, each in two planes. The sign of a
-  // determinant misses all of them.
+  // A clamped column has critical loads (2k - 1)^2 pi^2 EI / 4 L^2, each in two planes. The sign of
+  // a determinant misses all of them.
   const std::pair<double, int> cases[] = {{0.9, 0}, {1.1, 2}, {8.5, 2}, {9.5, 4}, {26.0, 6}};
   for (const auto& [factor, directions] : cases) {
     Robot robot = UnitRod(1e7, 80);
@@ -77,8 +78,8 @@ TEST(Statics, CountsOnePlaneWhereTheOtherIsStiffer) {
   EXPECT_EQ(Solve(robot, 10).stability.unstable_directions, 1);
 }
 
-// Tip of the elastica under an axial load P = k^2 EI of a clamped column, k = K(m), m = sin^2(a/2), a
-// the angle of the tip: (x, y) = (2 E(m) / K(m) - 1, 2 sqrt(m) / K(m)).
+// Tip of the elastica under an axial load P = k^2 EI of a clamped column, k = K(m), m = sin^2(a/2),
+// a the angle of the tip: (x, y) = (2 E(m) / K(m) - 1, 2 sqrt(m) / K(m)).
 struct Buckled {
   double x, y;
 };
@@ -241,12 +242,12 @@ TEST(Statics, EachKindOfFailureHasItsOwnMessage) {
               (*r->arms[0].stiffness)(0) = 0.0;
             }).find("direction without stiffness"),
             std::string::npos);
-  EXPECT_NE(reason([](Robot* r, StaticsSettings*) {
-              r->arms[0].elements = 2;
-              r->arms[0].points[0] =
-                  TipLoad(r->arms[0], {0, 0, 20}, Vector3::Zero(), LoadFrame::kBody);
-            }).find("rotation across one element"),
-            std::string::npos);
+  EXPECT_NE(
+      reason([](Robot* r, StaticsSettings*) {
+        r->arms[0].elements = 2;
+        r->arms[0].points[0] = TipLoad(r->arms[0], {0, 0, 20}, Vector3::Zero(), LoadFrame::kBody);
+      }).find("rotation across one element"),
+      std::string::npos);
 }
 
 // What a scene names must act in statics as it does in time. The settled run is the judge.
@@ -293,8 +294,8 @@ Robot EffectRobot(const std::string& effect) {
 }
 
 TEST_P(StaticsEffects, SettleInTimeWhereStaticsSaysTheyDo) {
-  // Backward Euler over ten seconds of a heavily damped arm leaves exp(-100) of the transient; what is
-  // left is Newton's tolerance in both.
+  // Backward Euler over ten seconds of a heavily damped arm leaves exp(-100) of the transient; what
+  // is left is Newton's tolerance in both.
   constexpr double kSettled = 1e-6;  // m
   const Robot robot = EffectRobot(GetParam());
   const StaticsResult equilibrium = Solve(robot, 4);

@@ -157,13 +157,13 @@ Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsR
   Json elements = Json::object();
   for (const model::Rod& rod : plant.rods) elements[rod.name] = rod.element_count();
   if (plant.shell) elements[plant.shell->name] = plant.shell->element_count();
-  j["settings"] = {{"elements", elements},
-                   {"effects", EffectNames(plant.robot.effects)},
-                   {"arc_length", scene.statics.arc_length},
-                   {"branch", scene.statics.branch == model::StaticBranch::kStable ? "stable"
-                                                                                   : "primary"},
-                   {"load_steps", scene.statics.load_steps},
-                   {"tolerance", scene.statics.tolerance}};
+  j["settings"] = {
+      {"elements", elements},
+      {"effects", EffectNames(plant.robot.effects)},
+      {"arc_length", scene.statics.arc_length},
+      {"branch", scene.statics.branch == model::StaticBranch::kStable ? "stable" : "primary"},
+      {"load_steps", scene.statics.load_steps},
+      {"tolerance", scene.statics.tolerance}};
   j["overrides"] = overrides;
   return j;
 }
