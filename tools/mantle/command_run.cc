@@ -206,10 +206,12 @@ class RunJob {
       PrintSummary(summary, folder_);
     }
     std::fflush(stdout);
-    for (const std::string& warning : result.warnings) {
-      fmt::print(stderr, "mantle: warning: {}: {}\n", scene_.name, warning);
+    if (complete) {
+      for (const std::string& warning : result.warnings) {
+        fmt::print(stderr, "mantle: warning: {}: {}\n", scene_.name, warning);
+      }
+      return 0;
     }
-    if (complete) return 0;
     fmt::print(stderr, "mantle: {}: {} at t = {:.6g} s; partial results in {}\n", scene_.name,
                reason, result.sim_time_s, folder_.string());
     const bool as_asked = result.ok && !Interrupted();
