@@ -216,10 +216,12 @@ class RunJob {
     } else if (complete) {
       PrintSummary(summary, folder_->folder());
     }
-    for (const std::string& warning : result.warnings) {
-      Complain("warning: {}: {}", scene_.name, warning);
+    if (complete) {
+      for (const std::string& warning : result.warnings) {
+        Complain("warning: {}: {}", scene_.name, warning);
+      }
+      return 0;
     }
-    if (complete) return 0;
     const bool as_asked = result.ok && !Interrupted();
     return as_asked ? 0 : kExitCannotContinue;
   }
