@@ -202,7 +202,7 @@ ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& 
 
 ReducedFailure CrossRootKink(const ReducedModel& model, const PlantInputs& inputs,
                              ReducedWork* work, ReducedJacobians* jacobians, ReducedState* state) {
-  if (model.plant.root_free()) return {};
+  if (model.root_free()) return {};
   const Vector6 jump = inputs.root_twist - state->v.head<6>();
   if (jump.isZero(0.0)) return {};
   const VectorX at_rest = VectorX::Zero(model.velocity_count());
