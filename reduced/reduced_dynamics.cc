@@ -141,7 +141,7 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
     }
     for (int l = 0; l < model.arms[a].dynamic_intervals; ++l) {
       if (!(work->arms[a].at[l].omega(3) > 0.0)) {
-        return {model.plant.rods[a].name.c_str(),
+        return {model.robot.arms[a].name.c_str(),
                 "stretch along the arm: the material is turned inside out"};
       }
     }
