@@ -1,5 +1,5 @@
 // Precompiled for the libraries: what most of their files include. A file still names each header
-// it uses; tools/test --full builds without this.
+// it uses; the presets with sanitizers build without this.
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
