@@ -1,8 +1,10 @@
 #include "controller/options_schema.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "controller/goal_schema.h"
+#include "controller/registry.h"
 
 namespace mantle::controller {
 
