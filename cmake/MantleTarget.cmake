@@ -49,6 +49,26 @@ function(mantle_test_program target)
   mantle_use_precompiled(${target} tests)
 endfunction()
 
+# mantle_label(firmware_sim.pdo [LABEL...]): a ctest entry is labelled with the folder that its name
+# begins with, and with what else is given: vcan, slow.
+function(mantle_label name)
+  string(REGEX REPLACE "\\..*" "" folder ${name})
+  set_property(TEST ${name} APPEND PROPERTY LABELS ${folder} ${ARGN})
+endfunction()
+
+# What tools/test runs under sanitizers, label `sanitized`, built by the target sanitized_tests: buses
+# and drives, which read what others send and cost little to compile. Under TSan, where there are threads.
+# tools/test --full runs everything.
+add_custom_target(sanitized_tests)
+if(MANTLE_SANITIZE MATCHES thread)
+  set(sanitized bus_properties fault_injecting_bus loop_bus recording_bus udp_multicast_bus)
+elseif(MANTLE_SANITIZE)
+  set(sanitized bus_load candump_log canopen_node drive drive_supervision emergency fault_injecting_bus fuzz
+    log_player loop_bus master motion multicast_frame object_dictionary open_bus pdo recording_bus release
+    sdo_client sdo_server state_machine traffic winch winding)
+endif()
+list(TRANSFORM sanitized PREPEND firmware_sim. OUTPUT_VARIABLE MANTLE_SANITIZED_TESTS)
+
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
 function(mantle_test name)
   cmake_parse_arguments(ARG "" "TIMEOUT" "" ${ARGN})
@@ -59,6 +79,11 @@ function(mantle_test name)
   mantle_test_program(${target} ${ARG_UNPARSED_ARGUMENTS})
   add_test(NAME ${name} COMMAND ${target})
   set_tests_properties(${name} PROPERTIES TIMEOUT ${ARG_TIMEOUT})
+  mantle_label(${name})
+  if(name IN_LIST MANTLE_SANITIZED_TESTS)
+    mantle_label(${name} sanitized)
+    add_dependencies(sanitized_tests ${target})
+  endif()
 endfunction()
 
 # mantle_module(ipopt SOURCES ... LIBS ...): mantle_ipopt.so, which the program opens when it first

@@ -5,13 +5,6 @@
 
 #include "controller/plan.h"
 
-/// The way of plans from the planner to the fast loop, by value, so that either may run in a thread
-/// of its own: neither waits for the other.
-///
-/// Three places: one that the planner writes, one that the fast loop reads, and one between them
-/// that either swaps its own for in one atomic exchange. The fast loop so always has the newest
-/// plan that was complete, and keeps it while it likes.
-
 namespace mantle::controller {
 
 /// A plan with what the fast loop needs besides it.
@@ -22,6 +15,12 @@ struct IssuedPlan {
   VectorX tensions_n;    ///< commanded then, one per motor; empty before the first
 };
 
+/// The way of plans from the planner to the fast loop, by value, so that either may run in a thread
+/// of its own: neither waits for the other.
+///
+/// Three places: one that the planner writes, one that the fast loop reads, and one between them
+/// that either swaps its own for in one atomic exchange. The fast loop so always has the newest
+/// plan that was complete, and keeps it while it likes.
 class PlanBuffer {
  public:
   /// From the planner's thread: hands the plan over. Allocates only where sizes grow.

@@ -3,12 +3,11 @@
 #include "controller/options.h"
 #include "controller/plan_buffer.h"
 
+namespace mantle::controller {
+
 /// The fast loop on a plan: at a SYNC it commands u(t) + K (x(s) - x_plan(s)), s the time of the
 /// estimate. Before the plan begins it goes to its beginning in a straight line; past its end the
 /// gait goes on; where the planner has given up, tensions decay to their lower limits.
-
-namespace mantle::controller {
-
 class PlanTracker {
  public:
   /// Both must outlive it.

@@ -9,6 +9,7 @@
 #include "controller/controller.h"
 #include "controller/estimator.h"
 
+/// @file
 /// Controllers and estimators by the names that scenes use. Ours are there from the beginning; one
 /// of a user's own is registered before the scene that names it is read:
 ///
@@ -21,6 +22,7 @@
 
 namespace mantle::controller {
 
+/// A controller that scenes may name: control.controller = "NAME".
 struct ControllerType {
   std::string name;  ///< letters, digits, "_" and "-"
   std::function<std::unique_ptr<Controller>(const ControllerParts&)> make;
@@ -29,6 +31,7 @@ struct ControllerType {
   bool uses_disturbance{true};
 };
 
+/// An estimator that scenes may name: control.estimator.type = "NAME".
 struct EstimatorType {
   std::string name;  ///< letters, digits, "_" and "-"
   std::function<std::unique_ptr<Estimator>(const EstimatorParts&)> make;

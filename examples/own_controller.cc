@@ -1,5 +1,5 @@
 // A controller of one's own in the closed loop of a scene, found by its name: it holds the tensions
-// that a proportional law on the tip's place asks for.
+// that a proportional law on the tip's place gives.
 //
 // Components: loop
 // Run: own_controller SCENES/reach.toml

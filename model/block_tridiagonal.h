@@ -1,8 +1,9 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <span>
+#include <limits>
 #include <vector>
 
 /// O(N) direct solver for block-tridiagonal matrices, eliminated from the last block to the first,
@@ -17,6 +18,21 @@ namespace mantle::model {
 /// block is (nearly) singular though the whole is not, by LU with pivoting.
 inline Eigen::Matrix3d InvertBlock(const Eigen::Matrix3d& a) { return a.inverse(); }
 Eigen::Matrix<double, 6, 6> InvertBlock(const Eigen::Matrix<double, 6, 6>& a);
+
+/// Negative eigenvalues of the symmetric part of a pivot, scaled to a unit diagonal. Within kNeutral
+/// of zero counts as zero: what Newton's tolerance leaves of a direction without stiffness.
+template <int B>
+int NegativeEigenvaluesOf(const Eigen::Matrix<double, B, B>& pivot) {
+  constexpr double kNeutral = 1e-9;
+  const Eigen::Matrix<double, B, 1> size = pivot.diagonal().cwiseAbs().cwiseMax(
+      std::numeric_limits<double>::min() + kNeutral * pivot.cwiseAbs().maxCoeff());
+  const Eigen::Matrix<double, B, 1> scale = size.cwiseSqrt().cwiseInverse();
+  const Eigen::Matrix<double, B, B> unit =
+      scale.asDiagonal() * (0.5 * (pivot + pivot.transpose())) * scale.asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, B, B>> solver(unit,
+                                                                          Eigen::EigenvaluesOnly);
+  return static_cast<int>((solver.eigenvalues().array() < -kNeutral).count());
+}
 
 template <int B>
 class BlockTridiagonal {
@@ -74,13 +90,13 @@ class BlockTridiagonal {
     }
   }
 
-  /// log10 |det| is not needed; the sign of the determinant tells stability in statics.
-  int DeterminantSign(int first) const {
-    int sign = 1;
-    for (int i = size() - 1; i >= first; --i) {
-      if (inverse_[i].determinant() < 0.0) sign = -sign;
-    }
-    return sign;
+  /// Negative eigenvalues of the symmetric part of the pivots from `first` on, counted after
+  /// Factor(): by Sylvester's law of inertia those of a symmetric matrix itself. Pivots are scaled
+  /// to a unit diagonal first, so that rad and m compare.
+  int NegativePivots(int first) const {
+    int negative = 0;
+    for (int i = size() - 1; i >= first; --i) negative += NegativeEigenvaluesOf<B>(diagonal[i]);
+    return negative;
   }
 
  private:

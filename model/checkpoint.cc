@@ -12,7 +12,7 @@
 namespace mantle::model {
 namespace {
 
-constexpr const char* kMagic = "mantle-checkpoint-1";
+constexpr const char* kMagic = "mantle-checkpoint-2";
 
 class Writer {
  public:

@@ -270,6 +270,8 @@ class CvodeStepper final : public Stepper {
     // M r_eta + gamma K r_zeta
     const Eigen::Map<const VectorX> r_eta(r + velocity_at_, plant_.velocity_size());
     velocity_ = r_eta;
+    // A root that is not free is given: its rows are the identity, and no body feels its residual.
+    if (!plant_.root_free()) velocity_.head<6>().setZero();
     ApplyMass(plant_, jacobian_work_, velocity_, &image_);
     const double norm = increment_.norm();
     if (norm > 0) {
@@ -284,6 +286,7 @@ class CvodeStepper final : public Stepper {
     image_ /= gamma;
     matrix_.Solve(plant_, &image_);  // gamma delta_eta
     velocity_ = image_ / gamma;
+    if (!plant_.root_free()) velocity_.head<6>() = r_eta.head<6>();
     increment_ += image_;
     for (int i = 0; i < plant_.velocity_size(); ++i) z[velocity_at_ + i] = velocity_(i);
     const auto unmap = [&](int pose, int at) {

@@ -8,6 +8,7 @@ namespace {
 using schema::kAnyValue;
 using schema::kNonNegative;
 using schema::kPositive;
+using schema::Optional;
 using schema::Presence;
 using schema::Quantity;
 using schema::Required;
@@ -42,6 +43,15 @@ static void Describe(Visitor& v, RigidDrag& drag) {
            Quantity::kArea, kNonNegative, &drag.lateral_area_m2);
   v.Number({.name = "axial_area", .fallback = "the cone's", .also = "needed with `inertia`"},
            Quantity::kArea, kNonNegative, &drag.axial_area_m2);
+}
+
+static void Describe(Visitor& v, MagneticField& m) {
+  v.Vector(Required({"field", "uniform, world frame [T]"}), Quantity::kNumber, kAnyValue,
+           &m.field_t);
+  v.Vector({"root_moment", "of the root, its frame [A m^2]"}, Quantity::kNumber, kAnyValue,
+           &m.root_moment_a_m2);
+  v.Vector({"arm_moment", "per length of every arm, section frame [A m]"}, Quantity::kNumber,
+           kAnyValue, &m.arm_moment_a_m);
 }
 
 void Describe(Visitor& v, Effects& e) {
@@ -88,6 +98,11 @@ void Describe(Visitor& v, Effects& e) {
            &e.lateral_drag);
   v.Effect({"roll_drag", "quadratic, about e3: fins"}, &e.roll_drag);
   v.Effect({.name = "rigid_drag", .meaning = "quadratic", .also = "a rigid body"}, &e.rigid_drag);
+  MagneticField magnet;
+  if (v.Table(Optional({"magnetic_field", "turns bodies that carry a magnetic moment: m x B"}),
+              [&](Visitor& t) { Describe(t, magnet); })) {
+    e.magnetic_field = magnet;
+  }
   v.Vector({"current", "uniform steady velocity of the water, world frame"}, Quantity::kSpeed,
            kAnyValue, &e.current_m_s);
 }

@@ -3,8 +3,24 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/observation.h"
+
 namespace mantle::model {
-Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
+namespace {
+
+Vector3 CurrentOf(const Plant& plant) {
+  return plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+}
+
+// The current as a rigid translation of the frame `rotation`.
+Vector6 Carried(const Eigen::Quaterniond& rotation, const Vector3& current) {
+  Vector6 twist;
+  twist << Vector3::Zero(), rotation.conjugate() * current;
+  return twist;
+}
+
+// As the water sees them.
+Energies EnergiesInWater(const Plant& plant, const PlantState& state, const PlantWork& work) {
   Energies e;
   const Vector6 root = state.velocity.head<6>();
   e.kinetic_solid_j += 0.5 * root.dot(plant.rigid_inertia * root);
@@ -59,6 +75,56 @@ Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const Pla
   return e;
 }
 
+// Rate of the linear momentum of solid and added mass, world axes.
+Vector3 MomentumRate(const Plant& plant, const PlantState& state, const PlantWork& work,
+                     const VectorX& acceleration) {
+  const Vector6 root = state.velocity.head<6>();
+  Vector6 momentum = work.root_mass * root;
+  Vector6 rate = work.root_mass * acceleration.head<6>();
+  if (plant.shell && plant.exact()) {
+    Matrix6 inertia_rate = Matrix6::Zero();
+    AddMantleInertia(work.mantle_inertia, true, &inertia_rate);
+    momentum(5) += work.mantle_inertia.axial_momentum;
+    rate += inertia_rate * root;
+    for (int j = 0; j < plant.shape_count(); ++j) {
+      rate(5) += plant.shell->nodes[j].inertia(1) * acceleration(plant.ShellVelocity(j) + 1);
+    }
+  }
+  const auto turned = [](const Pose& g, const Vector3& w, const Vector6& p, const Vector6& p_dot) {
+    return Vector3(g.rotation * (p_dot.tail<3>() + w.cross(p.tail<3>())));
+  };
+  Vector3 total = turned(state.pose[0], root.head<3>(), momentum, rate);
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    for (int i = 1; i <= plant.rods[a].element_count(); ++i) {
+      const int at = plant.ArmVelocity(a, i);
+      const Vector6 inertia = plant.rods[a].nodes[i].FullInertia();
+      const Vector6 eta = state.velocity.segment<6>(at);
+      total += turned(state.pose[plant.ArmPose(a, i)], eta.head<3>(), inertia.cwiseProduct(eta),
+                      inertia.cwiseProduct(acceleration.segment<6>(at)));
+    }
+  }
+  return total;
+}
+
+}  // namespace
+
+double Energies::magnitude() const {
+  return std::abs(kinetic_solid_j) + std::abs(kinetic_water_j) + std::abs(elastic_arms_j) +
+         std::abs(elastic_mantle_j);
+}
+
+Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
+  Energies e = EnergiesInWater(plant, state, work);
+  const Vector3 current = CurrentOf(plant);
+  if (current.isZero(0.0)) return e;
+  const SolidMotion solid = EvaluateSolidMotion(plant, state);  // the earth's
+  const Vector3 carried = solid.mass_kg * current;
+  const Vector3 water = EvaluateMomentum(plant, state, work).tail<3>() - solid.momentum_kg_m_s;
+  e.kinetic_solid_j += current.dot(solid.momentum_kg_m_s - 0.5 * carried);
+  e.kinetic_water_j += current.dot(water);
+  return e;
+}
+
 EnergyAccount::EnergyAccount(const Plant& plant)
     : names_(plant.power_names.names()), scratch_(VectorX::Zero(plant.velocity_size())) {
   power_.assign(names_.size(), 0.0);
@@ -70,6 +136,7 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
                                  int first_distributed, int first_point) {
   const Rod& rod = plant.rods[a];
   const Vector6 root = state.velocity.head<6>();
+  const Vector3 current = CurrentOf(plant);
   for (int i = 0; i <= rod.element_count(); ++i) {
     const Pose& g = state.pose[plant.ArmPose(a, i)];
     SectionMotion motion{g.rotation, work.twist[a][i]};
@@ -77,12 +144,13 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
       motion.rotation = state.pose[0].rotation * g.rotation;
       motion.twist += AdjointInverseTimes(g, root);
     }
+    const Vector6 earth_twist = motion.twist + Carried(motion.rotation, current);
     const RodNode& node = rod.nodes[i];
     for (const SectionLoad& load : rod.loads) {
       const double scale = FieldScale(load, inputs.gravity_scale) * node.weight_m;
       std::visit(
           [&](const auto& l) {
-            l.AddPower(node.section, motion, motion.twist, scale, power_.data());
+            l.AddPower(node.section, motion, earth_twist, scale, power_.data());
           },
           load);
     }
@@ -90,8 +158,9 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
       const double amplitude = inputs.distributed[first_distributed + k];
       if (amplitude == 0.0) continue;
       // An internal one works on the section's motion relative to the root.
-      Vector6 twist = motion.twist;
-      if (plant.exact() && IsInternal(rod.distributed[k].load)) {
+      const bool internal = IsInternal(rod.distributed[k].load);
+      Vector6 twist = internal ? motion.twist : earth_twist;
+      if (plant.exact() && internal) {
         twist -= AdjointInverseTimes(Inverse(state.pose[0]) * g, root);
       }
       power_[rod.distributed[k].power_place] +=
@@ -103,7 +172,7 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
       power_[rod.points[k].power_place] +=
           WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
                           rod.points[k].load.frame, motion.rotation)
-              .dot(motion.twist);
+              .dot(earth_twist);
     }
   }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
@@ -120,7 +189,8 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
 }
 
 void EnergyAccount::AddMantlePowers(const Plant& plant, const PlantState& state,
-                                    const PlantInputs& inputs, const PlantWork& work) {
+                                    const PlantInputs& inputs, const PlantWork& work,
+                                    const Vector6& earth_root) {
   const Shell& shell = *plant.shell;
   const ShellMotion motion = MantleMotionOf(plant, state, inputs, work);
   for (std::size_t k = 0; k < shell.strips.size(); ++k) {
@@ -134,7 +204,7 @@ void EnergyAccount::AddMantlePowers(const Plant& plant, const PlantState& state,
     power_[shell.spokes[k].power_place] -= work.cable_tension_n[index] * work.cable_rate_m_s[index];
   }
   for (const MantleLoad& load : plant.mantle_loads) {
-    std::visit([&](const auto& l) { l.AddPower(motion, motion.root.twist, power_.data()); }, load);
+    std::visit([&](const auto& l) { l.AddPower(motion, earth_root, power_.data()); }, load);
   }
   for (int i = 0; i < shell.element_count(); ++i) {
     stress_power_mantle_ += ShellElementStressPower(shell.elements[i], work.shell[i]);
@@ -146,6 +216,8 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
                                    const PlantInputs& inputs, const PlantWork& work,
                                    const VectorX& acceleration) {
   const Vector6 root = state.velocity.head<6>();
+  // Loads see the water, works are the earth's.
+  const Vector6 earth_root = root + Carried(state.pose[0].rotation, CurrentOf(plant));
   std::fill(power_.begin(), power_.end(), 0.0);
   dissipation_ = stress_power_arms_ = stress_power_mantle_ = 0;
   int distributed = 0, point = 0;
@@ -154,18 +226,18 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
     distributed += static_cast<int>(plant.rods[a].distributed.size());
     point += static_cast<int>(plant.rods[a].points.size());
   }
-  if (plant.shell) AddMantlePowers(plant, state, inputs, work);
+  if (plant.shell) AddMantlePowers(plant, state, inputs, work, earth_root);
   const SectionMotion motion{state.pose[0].rotation, root};
   for (const RootLoad& load : plant.root_loads) {
     std::visit(
         [&](const auto& l) {
-          l.AddPower(motion, root, FieldScale(l, inputs.gravity_scale), power_.data());
+          l.AddPower(motion, earth_root, FieldScale(l, inputs.gravity_scale), power_.data());
         },
         load);
   }
   if (plant.constraint_place >= 0) {
     ApplyMass(plant, work, acceleration, &scratch_);
-    power_[plant.constraint_place] = (scratch_ - work.force).head<6>().dot(root);
+    power_[plant.constraint_place] = (scratch_ - work.force).head<6>().dot(earth_root);
   }
 }
 
@@ -194,6 +266,10 @@ EnergyAccount::Balance EnergyAccount::EvaluateBalance(const Plant& plant, const 
     Matrix6 rate = Matrix6::Zero();
     AddMantleInertia(work.mantle_inertia, true, &rate);
     kinetic += 0.5 * root.dot(rate * root);
+  }
+  const Vector3 current = CurrentOf(plant);
+  if (!current.isZero(0.0)) {
+    kinetic += current.dot(MomentumRate(plant, state, work, acceleration));
   }
   double sum = kinetic + stress_power_arms_ + stress_power_mantle_ + dissipation_;
   double scale = std::abs(kinetic) + std::abs(stress_power_arms_) + std::abs(stress_power_mantle_) +

@@ -12,7 +12,14 @@
 ///   T = 1/2 v^T M v,  dT/dt = v^T M v_dot + 1/2 v^T M_dot v,
 ///
 /// which holds to round-off for exact coupling. Frozen coupling has no such balance ([physics.md]
-/// 4). Powers and kinetic energy are those seen in the frame that moves with the water.
+/// 4). All are the earth's: under a uniform current c a load of resultant F does F . c more work
+/// than the water sees, and the kinetic energy is, with T', P' as the water sees them (solid and
+/// added),
+///
+///   T = T' + c . P' + 1/2 m_solid |c|^2,
+///
+/// the water's share T'_water + c . P'_water being what the body adds to the undisturbed stream
+/// (negative for a body held in it). The balance then contains that of momentum along c.
 
 namespace mantle::model {
 
@@ -21,8 +28,10 @@ struct Energies {
   double total() const {
     return kinetic_solid_j + kinetic_water_j + elastic_arms_j + elastic_mantle_j;
   }
+  double magnitude() const;  ///< sum of the magnitudes: what a balance of them is relative to
 };
 
+/// In the earth's frame; `work` from EvaluateForces at that state.
 Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work);
 
 class EnergyAccount {
@@ -38,6 +47,8 @@ class EnergyAccount {
     work_ = work_j;
     dissipated_ = dissipated_j;
   }
+  /// Work of an impulse of the root's support [J]; `place` is Plant::constraint_place.
+  void AddRootWork(int place, double work_j) { work_[place] += work_j; }
 
   /// Powers [W] of every name at one instant (`work` from EvaluateForces at that state,
   /// `acceleration` the v_dot there; used for the constraint power of a prescribed root alone).
@@ -53,8 +64,8 @@ class EnergyAccount {
   void Accumulate(double weight_s);
   void Commit();
 
-  /// dT/dt + dV/dt + dissipation - powers [W] and the sum of the magnitudes, at the instant of the
-  /// last EvaluatePowers, with the semi-discrete acceleration of that state.
+  /// dT/dt + dV/dt + dissipation - powers [W] and the sum of the magnitudes of all of these, at the
+  /// instant of the last EvaluatePowers, with the semi-discrete acceleration of that state.
   struct Balance {
     double residual_w, scale_w;
   };
@@ -65,7 +76,7 @@ class EnergyAccount {
   void AddArmPowers(const Plant& plant, int a, const PlantState& state, const PlantInputs& inputs,
                     const PlantWork& work, int first_distributed, int first_point);
   void AddMantlePowers(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
-                       const PlantWork& work);
+                       const PlantWork& work, const Vector6& earth_root);
 
   std::vector<std::string> names_;
   std::vector<double> power_, work_, pending_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "model/root_motion.h"
+
 namespace mantle::model {
 namespace {
 
@@ -83,35 +85,11 @@ void EvaluateInputs(const Robot& robot, const std::vector<double>& cable_rest_m,
   if (robot.effects.normal_pressure) {
     in.normal_pressure_pa = Value(robot.effects.normal_pressure->pressure_pa, t_s, from_left);
   }
-  const Vector3 drift = robot.effects.current_m_s.value_or(Vector3::Zero());
-  if (const auto* root = std::get_if<PrescribedRoot>(&robot.root)) {
-    Vector3 p = Vector3::Zero(), rate = Vector3::Zero(), second = Vector3::Zero();
-    int axis = 0;
-    for (const auto* s : {&root->x_m, &root->y_m, &root->z_m}) {
-      if (*s) {
-        p(axis) = Value(**s, t_s, from_left);
-        rate(axis) = Rate(**s, t_s, from_left);
-        second(axis) = SecondRate(**s, t_s, from_left);
-      }
-      ++axis;
-    }
-    double angle = 0, angle_rate = 0, angle_second = 0;
-    if (root->angle_rad) {
-      angle = Value(*root->angle_rad, t_s, from_left);
-      angle_rate = Rate(*root->angle_rad, t_s, from_left);
-      angle_second = SecondRate(*root->angle_rad, t_s, from_left);
-    }
-    in.root_pose.rotation = ExpSO3(angle * root->rotation_axis) * robot.root_pose.rotation;
-    in.root_pose.position = robot.root_pose.position + p - drift * t_s;
-    const Eigen::Quaterniond back = in.root_pose.rotation.conjugate();
-    const Vector3 w = back * (angle_rate * root->rotation_axis);
-    const Vector3 v = back * (rate - drift);
-    in.root_twist << w, v;
-    in.root_acceleration << back * (angle_second * root->rotation_axis), back * second - w.cross(v);
-  } else if (std::holds_alternative<ClampedRoot>(robot.root)) {
-    in.root_pose = robot.root_pose;
-    in.root_pose.position -= drift * t_s;
-    in.root_twist << Vector3::Zero(), in.root_pose.rotation.conjugate() * (-drift);
+  if (!std::holds_alternative<FreeRoot>(robot.root)) {
+    const RootKinematics root = EvaluateRootMotion(robot, t_s, from_left);
+    in.root_pose = root.pose;
+    in.root_twist = root.twist;
+    in.root_acceleration = root.acceleration;
   }
 }
 

@@ -3,7 +3,7 @@
 #include <variant>
 #include <vector>
 
-#include "model/section.h"
+#include "model/magnetic_load.h"
 
 /// Loads on a section of an arm: each a pure value that returns a wrench density (per unit
 /// reference length, section frame) from the section's geometry and its absolute pose and twist.
@@ -80,7 +80,7 @@ struct DistributedLoad {
 /// and the vehicle's momentum does not change ([Renda] 3.3). A dead load is external.
 inline bool IsInternal(const DistributedLoad& load) { return load.frame == LoadFrame::kBody; }
 
-using SectionLoad = std::variant<GravityLoad, DragLoad>;
+using SectionLoad = std::variant<GravityLoad, DragLoad, MagneticSectionLoad>;
 
 /// `field_scale` for loads of a field, 1 for others.
 template <typename Load>

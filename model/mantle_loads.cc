@@ -113,12 +113,20 @@ void AxialDragLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
 }
 
 void AxialDragLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const {
-  if (!(t->s > 0.0)) return;
+  if (!(t->s > 0.0) && !t->at_rest) return;
   const double d = ForceBySpeed(m.max_radius_m, m.mean_axial_speed_m_s);
   for (int j = 0; j < m.shell.node_count(); ++j) {
     const double share = m.shell.nodes[j].area_m2 / m.shell.area_m2;
     (*t->column)(3 * j + 1, kBorder) = -share;
     (*t->row)(3 * j + 1, kBorder) = -d * t->s * share;
+  }
+  if (t->at_rest && m.max_radius_m > 0.0) {  // the widest section sets the area
+    int widest = 0;
+    for (int j = 1; j < m.shell.node_count(); ++j) {
+      if (m.shape[j](0) > m.shape[widest](0)) widest = j;
+    }
+    (*t->row)(3 * widest, kBorder) -=
+        2.0 * Force(m.max_radius_m, m.mean_axial_speed_m_s) / m.max_radius_m;
   }
   (*t->base_column)(0, kBorder) = -1.0;
   (*t->base_row)(0, kBorder) = -d * t->s;

@@ -40,8 +40,10 @@ struct ShellForces {
 /// Where loads put minus the derivatives of their forces in the profile, with rates that change by
 /// s. A load that acts on the whole profile through one scalar u has a border of its own: column
 /// (what u does to profile and root), row (what they do to u, negative).
+/// `at_rest`: about a state that rests in the earth, where s may be zero while the water moves.
 struct ShellTangent {
   double s;
+  bool at_rest;
   const std::vector<Vector3>& volume_gradient;
   BlockTridiagonal<3>* chain;
   Eigen::MatrixXd *column, *row, *base_column, *base_row;

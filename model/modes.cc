@@ -40,19 +40,24 @@ int FreeCoordinates(const Plant& plant) {
 
 }  // namespace
 
-std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, int count) {
+std::vector<Mode> VibrationModes(const Plant& plant, const PlantState& state, int count) {
+  PlantInputs inputs;
+  EvaluateInputs(plant, state.time_s, false, &inputs);
+  return VibrationModes(plant, state, inputs, count);
+}
+
+std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at,
+                                 const PlantInputs& inputs, int count) {
   const Plant plant(Conservative(original.robot));
   PlantState state = at;
   state.velocity.setZero();
-  PlantInputs inputs;
-  EvaluateInputs(plant, at.time_s, false, &inputs);
   PlantWork work(plant);
   if (const EvaluationFailure failure = EvaluateForces(plant, state, inputs, &work)) {
     throw BadRobot("vibration modes: " + failure.Message());
   }
   NewtonMatrix matrix(plant);
   const double shift = plant.root_free() ? kShift_rad_s : 0.0;
-  if (!matrix.Factor(plant, state, inputs, work, shift, 0.0)) {
+  if (!matrix.FactorAtRest(plant, state, inputs, work, shift)) {
     throw BadRobot("vibration modes: the stiffness matrix is singular");
   }
   const int n = plant.velocity_size(), free = FreeCoordinates(plant);
@@ -102,7 +107,9 @@ std::vector<Mode> VibrationModes(const Plant& original, const PlantState& at, in
         Eigen::Index largest;
         shape.cwiseAbs().maxCoeff(&largest);
         if (shape(largest) < 0) shape = -shape;
-        modes.push_back({std::sqrt(std::max(values(k) - shift * shift, 0.0)), std::move(shape)});
+        const double squared = values(k) - shift * shift;
+        modes.push_back({std::sqrt(std::max(squared, 0.0)), std::move(shape),
+                         std::sqrt(std::max(-squared, 0.0))});
       }
       return modes;
     }

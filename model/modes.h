@@ -11,13 +11,17 @@
 namespace mantle::model {
 
 struct Mode {
-  double angular_frequency_rad_s;
+  double angular_frequency_rad_s;  ///< 0 where the state is unstable in this mode
   VectorX shape;  ///< laid out as v, mass-normalised; sign: largest entry positive
+  double growth_rate_1_s{0};       ///< of an unstable one: x grows as exp(growth t)
 };
 
 /// The `count` lowest modes, ascending; rigid modes of a free root come first, with frequency zero
 /// to round-off. Throws BadRobot if the mesh has fewer or the iteration does not
 /// converge.
 std::vector<Mode> VibrationModes(const Plant& plant, const PlantState& state, int count);
+/// The same under given inputs.
+std::vector<Mode> VibrationModes(const Plant& plant, const PlantState& state,
+                                 const PlantInputs& inputs, int count);
 
 }  // namespace mantle::model

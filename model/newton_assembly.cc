@@ -8,7 +8,8 @@ namespace mantle::model {
 
 void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& state,
                                const PlantInputs& inputs, const PlantWork& work, double s,
-                               double chart) {
+                               double chart, About about) {
+  const bool rest = about == About::kRest;
   const Rod& rod = plant.rods[a];
   ArmPart& part = arms_[a];
   BlockTridiagonal<6>& chain = part.chain;
@@ -19,6 +20,7 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   part.border.column.setZero();
   part.border.row.setZero();
 
+  const Vector6 kZero = Vector6::Zero();
   RodElementTangent t;
   for (int i = 0; i < n; ++i) {
     const RodElementState& e = work.rod[a][i];
@@ -44,8 +46,14 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       part.border.column.col(k).segment<6>(6 * i) -= g1;
       part.border.column.col(k).segment<6>(6 * (i + 1)) -= g2;
     }
-    RodElementTangents(rod.elements[i], e, twist[i], twist[i + 1], sigma,
-                       pulled ? &cable_tangent : nullptr, s, &t);
+    if (strain_coordinates_) {
+      part.strain.elements[i] =
+          LinearStrainElement(rod.elements[i], e, sigma, pulled ? &cable_tangent : nullptr, s);
+      continue;
+    }
+    // About rest no strain changes but by what s zeta does: the drift is the same for both nodes.
+    RodElementTangents(rod.elements[i], e, rest ? kZero : twist[i], rest ? kZero : twist[i + 1],
+                       sigma, pulled ? &cable_tangent : nullptr, s, &t);
     chain.diagonal[i] += t.a11;
     chain.diagonal[i + 1] += t.a22;
     chain.upper[i] = t.a12;
@@ -106,11 +114,22 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
     d.topLeftCorner<3, 3>() -= lt.moment_by_rotation;
     d.bottomLeftCorner<3, 3>() -= lt.force_by_rotation;
     d.bottomRightCorner<3, 3>() -= s * lt.force_by_velocity;
+    if (rest && i > 0 && !eta.isZero(0.0)) {
+      // d eta has ad_eta zeta besides s zeta: what velocity does to inertia and loads, times it.
+      const Vector6 m = rod.nodes[i].FullInertia();
+      const Matrix6 ad = SmallAdjoint(eta);
+      Matrix6 by_twist = ad.transpose() * m.asDiagonal();
+      by_twist += CoadjointMatrix(m.cwiseProduct(eta));
+      by_twist.bottomRightCorner<3, 3>() += lt.force_by_velocity;
+      d.noalias() -= by_twist * ad;
+    }
+    if (strain_coordinates_) part.strain.nodes[i] = d;
   }
 }
 
 void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
-                                 const PlantInputs& inputs, const PlantWork& work, double s) {
+                                 const PlantInputs& inputs, const PlantWork& work, double s,
+                                 About about) {
   const Shell& shell = *plant.shell;
   const int n = shell.element_count();
   BlockTridiagonal<3>& chain = shell_.chain;
@@ -131,8 +150,8 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
   b.base_column.setZero();
   b.base_row.setZero();
   const ShellMotion motion = MantleMotionOf(plant, state, inputs, work);
-  ShellTangent tangent{s,      work.volume_gradient, &chain,     &b.column,
-                       &b.row, &b.base_column,       &b.base_row};
+  ShellTangent tangent{s,      about == About::kRest, work.volume_gradient, &chain, &b.column,
+                       &b.row, &b.base_column,        &b.base_row};
   for (const MantleLoad& load : plant.mantle_loads) {
     std::visit([&](const auto& l) { l.AddTangent(motion, &tangent); }, load);
   }

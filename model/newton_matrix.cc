@@ -1,5 +1,7 @@
 #include "model/newton_matrix.h"
 
+#include <Eigen/Eigenvalues>
+
 namespace mantle::model {
 
 NewtonMatrix::NewtonMatrix(const Plant& plant) {
@@ -19,6 +21,7 @@ NewtonMatrix::NewtonMatrix(const Plant& plant) {
     b->reduced.setZero(p);
     b->active = p;
   };
+  int strains = 0;
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     const Rod& rod = plant.rods[a];
     const int blocks = rod.element_count() + 1;
@@ -30,8 +33,13 @@ NewtonMatrix::NewtonMatrix(const Plant& plant) {
     part.response.setZero(p > 0 ? 6 * blocks : 0, 6);
     part.rhs.setZero(6 * blocks);
     part.adjoint = Adjoint(Inverse(rod.mount));
+    part.strain = StrainChain(plant.root_free() ? 0 : blocks - 1);
+    part.solved_strains.setZero(6 * (blocks - 1), p);
+    part.first_strain = strains;
+    strains += 6 * (blocks - 1);
     arms_.push_back(std::move(part));
   }
+  strains_.setZero(strains);
   if (!plant.shell) return;
   const int n = plant.shell->node_count();
   const int p = kShellLoadBorders + static_cast<int>(plant.shell->spokes.size());
@@ -52,8 +60,44 @@ bool NewtonMatrix::Border::FactorSchur() {
   return schur_inverse.allFinite();
 }
 
+bool NewtonMatrix::FactorStrains(ArmPart* part) {
+  if (!part->strain.Factor()) return false;
+  const int p = static_cast<int>(part->cables.size());
+  Border& b = part->border;
+  bool any = false;
+  for (int k = 0; k < p; ++k) any = any || !b.row.col(k).isZero(0.0);
+  b.active = any ? p : 0;
+  if (b.active == 0) return true;
+  const auto n = part->solved_strains.rows();
+  b.solved.setZero();
+  for (int k = 0; k < p; ++k) {
+    part->strain.Solve(b.column.col(k).tail(n), b.solved.col(k).tail(n),
+                       part->solved_strains.col(k));
+  }
+  b.t.setZero();
+  return b.FactorSchur();
+}
+
+// The arm's part of a solve about rest with a held root: x = y - Z u, u = -S^-1 row^T y.
+void NewtonMatrix::SolveStrains(const Plant& plant, int a, VectorX* x) {
+  ArmPart& part = arms_[a];
+  const auto n = part.solved_strains.rows();
+  auto mine = x->segment(plant.ArmVelocity(a, 1), n);
+  auto strains = strains_.segment(part.first_strain, n);
+  part.rhs.head<6>().setZero();
+  part.strain.Solve(mine, part.rhs.tail(n), strains);
+  if (Border& b = part.border; b.active > 0) {
+    b.reduced.noalias() = -(b.row.transpose() * part.rhs);
+    b.u.noalias() = b.schur_inverse * b.reduced;
+    part.rhs.noalias() -= b.solved * b.u;
+    strains.noalias() -= part.solved_strains * b.u;
+  }
+  mine = part.rhs.tail(n);
+}
+
 bool NewtonMatrix::FactorArm(const Plant& plant, int a) {
   ArmPart& part = arms_[a];
+  if (strain_coordinates_) return FactorStrains(&part);
   if (!part.chain.Factor(1)) return false;
   const int p = static_cast<int>(part.cables.size());
   Border& b = part.border;
@@ -110,6 +154,18 @@ bool NewtonMatrix::FactorShell(const Plant&) {
 
 bool NewtonMatrix::Factor(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
                           const PlantWork& work, double s, double chart) {
+  return FactorAbout(plant, state, inputs, work, s, chart, About::kStep);
+}
+
+bool NewtonMatrix::FactorAtRest(const Plant& plant, const PlantState& state,
+                                const PlantInputs& inputs, const PlantWork& work, double s) {
+  return FactorAbout(plant, state, inputs, work, s, 1.0, About::kRest);
+}
+
+bool NewtonMatrix::FactorAbout(const Plant& plant, const PlantState& state,
+                               const PlantInputs& inputs, const PlantWork& work, double s,
+                               double chart, About about) {
+  strain_coordinates_ = about == About::kRest && !plant.root_free();
   const Vector6 eta = state.velocity.head<6>();
   root_ = (s * s) * work.root_mass;
   if (s > 0.0) {
@@ -122,11 +178,11 @@ bool NewtonMatrix::Factor(const Plant& plant, const PlantState& state, const Pla
       RootLoadTangent(plant.root_loads, {state.pose[0].rotation, eta}, inputs.gravity_scale)
           .by_rotation;
   for (int a = 0; a < static_cast<int>(arms_.size()); ++a) {
-    AssembleArm(plant, a, state, inputs, work, s, chart);
+    AssembleArm(plant, a, state, inputs, work, s, chart, about);
     if (!FactorArm(plant, a)) return false;
   }
   if (plant.shell) {
-    AssembleShell(plant, state, inputs, work, s);
+    AssembleShell(plant, state, inputs, work, s, about);
     if (!FactorShell(plant)) return false;
   }
   if (!plant.root_free()) return true;
@@ -139,6 +195,10 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
   const bool coupled = plant.exact() && root_free;
   Vector6 root = x->head<6>();
   for (int a = 0; a < static_cast<int>(arms_.size()); ++a) {
+    if (strain_coordinates_) {
+      SolveStrains(plant, a, x);
+      continue;
+    }
     ArmPart& part = arms_[a];
     const int n = 6 * (part.chain.size() - 1);
     part.rhs.head<6>().setZero();
@@ -175,7 +235,7 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
     x->head<6>().setZero();
   }
   const Vector6 root_x = x->head<6>();
-  for (int a = 0; a < static_cast<int>(arms_.size()); ++a) {
+  for (int a = 0; a < static_cast<int>(arms_.size()) && !strain_coordinates_; ++a) {
     ArmPart& part = arms_[a];
     const int n = 6 * (part.chain.size() - 1);
     Vector6 x0 = Vector6::Zero();
@@ -202,11 +262,22 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
   }
 }
 
-int NewtonMatrix::DeterminantSign(const Plant& plant) const {
-  int sign = 1;
-  for (const ArmPart& part : arms_) sign *= part.chain.DeterminantSign(1);
-  if (plant.shell) sign *= shell_.chain.DeterminantSign(0);
-  return sign;
+int NewtonMatrix::NegativeEigenvalues() const {
+  // A body with extra unknowns has A + sum_k column_k k_k column_k^T, k_k > 0 the cables'
+  // stiffnesses; with S = 1 - row^T A^-1 column (similar to a symmetric matrix) Haynsworth's
+  // inertia formula takes the negative eigenvalues of S off those of the chain.
+  const auto lifted = [](const Border& b) {
+    if (b.active == 0 || b.schur_inverse.size() == 0) return 0;
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(b.schur_inverse, false);
+    return static_cast<int>((solver.eigenvalues().real().array() < 0.0).count());
+  };
+  int negative = 0;
+  for (const ArmPart& part : arms_) {
+    negative += strain_coordinates_ ? part.strain.NegativePivots() : part.chain.NegativePivots(1);
+    negative -= lifted(part.border);
+  }
+  if (shell_.chain.size() > 0) negative += shell_.chain.NegativePivots(0) - lifted(shell_.border);
+  return negative;
 }
 
 }  // namespace mantle::model

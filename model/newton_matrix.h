@@ -5,6 +5,7 @@
 
 #include "model/block_tridiagonal.h"
 #include "model/plant.h"
+#include "model/strain_chain.h"
 
 /// The iteration matrix of implicit steps and of statics, in body increments zeta (g exp(zeta^), q
 /// + zeta), factored and solved in O(N):
@@ -32,11 +33,26 @@ class NewtonMatrix {
   bool Factor(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
               const PlantWork& work, double s, double chart);
 
+  /// The complete matrix about a state that rests in the earth: motions zeta exp(s t) about it have
+  /// d eta = (s + ad_eta) zeta, where eta is what the frame that drifts with a current sees of a body
+  /// at rest (zero without one). s = 0 is the tangent of statics; s > 0 that of the linearised motion
+  /// (model/motion_modes.h). A clamped or prescribed root is held, and arms are then solved for in
+  /// their strains (model/strain_chain.h). Returns false if a pivot is singular.
+  bool FactorAtRest(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                    const PlantWork& work, double s);
+
   /// x = A^-1 x, laid out as v. Rows of held coordinates and of a root that is not free give zero.
   void Solve(const Plant& plant, VectorX* x);
 
-  /// Sign of the determinant over the free coordinates (statics: +1 where stable).
-  int DeterminantSign(const Plant& plant) const;
+  /// Of the last Solve() after FactorAtRest with a held root: the increments of the arms' elements,
+  /// d <- d + delta, 6 each, arm after arm. They are accurate where differences of nodes are not.
+  const VectorX& strain_increments() const { return strains_; }
+
+  /// Negative eigenvalues of the symmetric part of A over the free coordinates of a root that is not
+  /// free: the inertia of the block factorisation (Sylvester). At an equilibrium under conservative
+  /// loads A is symmetric and, after FactorAtRest with s = 0, this is the number of directions in
+  /// which the potential energy falls. Eigenvalues within round-off of zero count as not negative.
+  int NegativeEigenvalues() const;
 
  private:
   // Extra scalar unknowns u of a body: rows [row . x + u = 0], columns into the body and the base.
@@ -54,6 +70,9 @@ class NewtonMatrix {
 
     bool FactorSchur();  // schur <- I - row^T solved; schur_inverse, scaled = schur_inverse t
   };
+  /// What is linearised: a stage of a step, or the motion about a state of rest.
+  enum class About { kStep, kRest };
+
   struct ArmPart {
     BlockTridiagonal<6> chain;
     Border border;
@@ -61,6 +80,9 @@ class NewtonMatrix {
     Eigen::MatrixXd response;  // 6(N+1) x 6: chain's response to a unit base increment
     VectorX rhs;
     Matrix6 adjoint;  // Ad(mount^-1)
+    StrainChain strain;
+    Eigen::MatrixXd solved_strains;  // of the border's columns
+    int first_strain{0};
   };
   struct ShellPart {
     BlockTridiagonal<3> chain;
@@ -70,12 +92,19 @@ class NewtonMatrix {
   };
 
   void AssembleArm(const Plant& plant, int a, const PlantState& state, const PlantInputs& inputs,
-                   const PlantWork& work, double s, double chart);
+                   const PlantWork& work, double s, double chart, About about);
   bool FactorArm(const Plant& plant, int a);
   void AssembleShell(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
-                     const PlantWork& work, double s);
+                     const PlantWork& work, double s, About about);
   bool FactorShell(const Plant& plant);
+  bool FactorAbout(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
+                   const PlantWork& work, double s, double chart, About about);
 
+  bool FactorStrains(ArmPart* part);
+  void SolveStrains(const Plant& plant, int a, VectorX* x);
+
+  bool strain_coordinates_{false};
+  VectorX strains_;
   std::vector<ArmPart> arms_;
   ShellPart shell_;
   Matrix6 root_, root_inverse_;

@@ -11,9 +11,8 @@ Pose FromRoot(const Plant& plant, const PlantState& state, int arm, int node) {
   return plant.exact() ? Inverse(state.pose[0]) * g : g;
 }
 
-}  // namespace
-
-SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state) {
+// In the frame that drifts with the current.
+SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state) {
   SolidMotion out;
   const Pose& root = state.pose[0];
   const Vector6 eta = state.velocity.head<6>();
@@ -46,6 +45,17 @@ SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state) {
   return out;
 }
 
+}  // namespace
+
+SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state) {
+  SolidMotion out = SolidMotionInWater(plant, state);
+  if (const auto& current = plant.robot.effects.current_m_s) {
+    out.centre_m += state.time_s * *current;
+    out.momentum_kg_m_s += out.mass_kg * *current;
+  }
+  return out;
+}
+
 Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const PlantWork& work) {
   Vector6 p = work.root_mass * state.velocity.head<6>();
   if (plant.shell && plant.exact()) p(5) += work.mantle_inertia.axial_momentum;
@@ -56,6 +66,13 @@ Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const Plan
       total += AdjointInverseTransposeTimes(AbsolutePose(plant, state, a, i),
                                             plant.rods[a].nodes[i].FullInertia().cwiseProduct(eta));
     }
+  }
+  if (const auto& current = plant.robot.effects.current_m_s) {
+    const SolidMotion solid = SolidMotionInWater(plant, state);
+    const Vector3 impulse = total.tail<3>();
+    total.head<3>() +=
+        state.time_s * current->cross(impulse) + solid.mass_kg * solid.centre_m.cross(*current);
+    total.tail<3>() += solid.mass_kg * *current;
   }
   return total;
 }

@@ -9,9 +9,13 @@
 #include "model/meridian.h"
 #include "model/mismatch.h"
 #include "model/rigid_body.h"
+#include "model/root_motion.h"
 
 namespace mantle::model {
 namespace {
+
+// Twists that differ by no more are the same but for round-off [rad/s, m/s, and relative].
+constexpr double kSameTwist = 1e-13;
 
 template <typename Build>
 auto Named(const std::string& path, Build build) {
@@ -42,6 +46,7 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
   if (robot.arms.empty() && !robot.mantle && !robot.rigid_body) {
     throw BadRobot("robot: has no bodies, needs an arm, a mantle or a rigid body");
   }
+  CheckRootMotion(robot);
   for (std::size_t i = 0; i < robot.arms.size(); ++i) {
     rods.push_back(Named(fmt::format("arms.{}", robot.arms[i].name),
                          [&] { return MakeRod(robot.arms[i], robot.water, robot.effects); }));
@@ -144,15 +149,14 @@ void Plant::MakeLoads() {
   if (!root_free()) constraint_place = power_names.Place("root_constraint");
 }
 
-PlantState InitialState(const Plant& plant) {
+PlantState InitialState(const Plant& plant, double t_s) {
   PlantState s;
+  s.time_s = t_s;
   s.pose.resize(plant.pose_count());
   s.velocity = VectorX::Zero(plant.velocity_size());
-  s.pose[0] = plant.robot.root_pose;
-  // The robot's twist is the earth's; the state's frame drifts with the current.
-  Vector6 root_twist = plant.robot.root_twist;
-  const Vector3 drift = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
-  root_twist.tail<3>() -= s.pose[0].rotation.conjugate() * drift;
+  const RootKinematics start = EvaluateRootMotion(plant.robot, t_s);
+  s.pose[0] = start.pose;
+  const Vector6& root_twist = start.twist;
   s.velocity.head<6>() = root_twist;
   const Pose root = plant.exact() ? s.pose[0] : Pose::Identity();
   for (std::size_t a = 0; a < plant.rods.size(); ++a) {
@@ -175,9 +179,6 @@ PlantState InitialState(const Plant& plant) {
           (1.0 - plant.shell->nodes[j].held(0)) * plant.robot.mantle->initial_radial_speed_m_s;
     }
   }
-  PlantInputs inputs;
-  EvaluateInputs(plant, 0.0, false, &inputs);
-  ImposeRoot(plant, inputs, &s);
   return s;
 }
 
@@ -216,8 +217,39 @@ void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state
   }
 }
 
+EvaluationFailure CrossRootKink(const Plant& plant, PlantInputs* inputs, PlantWork* work,
+                                PlantState* state) {
+  EvaluateInputs(plant, state->time_s, false, inputs);
+  if (plant.root_free()) return {};
+  const Vector6 jump = inputs->root_twist - state->velocity.head<6>();
+  if (jump.cwiseAbs().maxCoeff() <= kSameTwist * (1.0 + inputs->root_twist.norm())) return {};
+  if (const EvaluationFailure failure = EvaluateForces(plant, *state, *inputs, work)) {
+    return failure;
+  }
+  const Vector6 acceleration = inputs->root_acceleration;
+  inputs->root_acceleration = jump;
+  work->force.setZero();
+  SolveAcceleration(plant, *inputs, *work, &work->flat);
+  inputs->root_acceleration = acceleration;
+  state->velocity += work->flat;
+  ImposeRoot(plant, *inputs, state);
+  return EvaluateForces(plant, *state, *inputs, work);
+}
+
+ValueAndBound PrintBeyond(double value, double bound) {
+  ValueAndBound text;
+  for (int digits = 6; digits <= 17 && text.value == text.bound; ++digits) {
+    text.value = fmt::format("{:.{}g}", value, digits);
+    text.bound = fmt::format("{:.{}g}", bound, digits);
+  }
+  return text;
+}
+
 std::string EvaluationFailure::Message() const {
-  return fmt::format("{}: node {}: {} ({:.6g}, bound {:.6g})", body, node, cause, value, bound);
+  const std::string place = node < 0 ? body : fmt::format("{}: {} {}", body, part, node);
+  const ValueAndBound text = PrintBeyond(value, bound);
+  return fmt::format("{}: {}: {}, bound {}{}{}", place, cause, text.value, text.bound,
+                     advice == nullptr ? "" : "; ", advice == nullptr ? "" : advice);
 }
 
 PlantWork::PlantWork(const Plant& plant)

@@ -80,8 +80,9 @@ struct PlantState {
   VectorX velocity;
 };
 
-/// The reference shape at the robot's initial pose, with its initial velocities.
-PlantState InitialState(const Plant& plant);
+/// The reference shape where the root is at time t (EvaluateRootMotion), moving with it as a rigid
+/// body, plus the initial velocities of the robot's bodies.
+PlantState InitialState(const Plant& plant, double t_s = 0);
 
 /// to = from moved by the increment theta (laid out as v): g exp(theta^), shape + theta. Node 0 of
 /// each arm follows the root. `to` must have been sized like `from`.
@@ -94,12 +95,22 @@ double NextBreakpoint(const Plant& plant, double t_s);
 /// Clamped or prescribed root: sets pose and twist of the root (and of every node 0).
 void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state);
 
-/// Why a state could not be evaluated: body, node (or element) and cause.
+/// A value and the bound it is beyond as text, with the digits it takes to tell them apart (six, or
+/// as many as differ): a value just beyond 2.8 must not read as 2.8.
+struct ValueAndBound {
+  std::string value, bound;
+};
+ValueAndBound PrintBeyond(double value, double bound);
+
+/// Why a state could not be evaluated: body, node or element, cause, and what to do about it. All
+/// text has static life, or the plant's.
 struct EvaluationFailure {
   const char* body{nullptr};
   int node{-1};
   const char* cause{nullptr};
   double value{0}, bound{0};
+  const char* part{"node"};  ///< what `node` counts
+  const char* advice{nullptr};
 
   explicit operator bool() const { return cause != nullptr; }
   std::string Message() const;
@@ -142,6 +153,15 @@ void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const Plan
 /// What loads on the mantle read of a state that EvaluateForces has filled `work` for.
 ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
                            const PlantWork& work);
+
+/// At a break point of a prescribed root: the root takes its twist's limit from the right, and the
+/// bodies the velocities that the support's impulse gives them, M(q) dv = 0 in every row but the
+/// root's (arms keep their nodes' absolute velocities; the mantle, whose z is relative to the root,
+/// its absolute axial one). Poses do not change. `inputs` receives the limits from the right,
+/// `work` the evaluation after the impulse. Does nothing to a root that is free or has no kink
+/// there.
+EvaluationFailure CrossRootKink(const Plant& plant, PlantInputs* inputs, PlantWork* work,
+                                PlantState* state);
 
 /// Absolute pose and twist of a node, whatever the coupling.
 Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node);

@@ -18,8 +18,17 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
   for (int i = 1; i <= n; ++i) twist[i] = state.velocity.segment<6>(plant.ArmVelocity(a, i));
   for (int i = 0; i < n; ++i) {
     if (!EvaluateRodElement(pose[i], pose[i + 1], twist[i], twist[i + 1], &elements[i])) {
-      return {rod.name.c_str(), i, "rotation across one element [rad] too large or not finite",
-              elements[i].d.head<3>().norm(), kMaxElementRotation};
+      return {rod.name.c_str(),
+              i,
+              "rotation across one element [rad] too large or not finite",
+              elements[i].d.head<3>().norm(),
+              kMaxElementRotation,
+              "element",
+              "the mesh is too coarse for this shape: raise the arm's `elements`"};
+    }
+    if (!(elements[i].d(3) > 0.0)) {
+      return {rod.name.c_str(), i, "stretch along the arm: the material is turned inside out",
+              elements[i].d(3) / rod.elements[i].length, 0.0};
     }
   }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
@@ -143,6 +152,10 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
   for (int i = 0; i < n; ++i) {
     EvaluateShellElement(shell.elements[i], shell.material, q[i], q[i + 1], v[i], v[i + 1],
                          &work->shell[i]);
+    if (!(work->shell[i].lambda > 0.0)) {
+      return {shell.name.c_str(), i, "stretch along the meridian: the material is turned inside out",
+              work->shell[i].lambda, 0.0};
+    }
     AddShellElementForces(shell.elements[i], work->shell[i], &nodes[i], &nodes[i + 1]);
   }
   for (std::size_t k = 0; k < shell.strips.size(); ++k) {
@@ -168,6 +181,11 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
     }
   }
   work->volume_m3 = ShellVolume(q);
+  // A cap held at its rim may snap through; a free lip that has passed the apex is no solid.
+  if (!(work->volume_m3 > 0.0) && shell.rest_volume_m3 > 0.0 && shell.nodes[n].held.isZero(0.0)) {
+    return {shell.name.c_str(), n, "enclosed volume [m^3]: the mantle is turned inside out",
+            work->volume_m3, 0.0};
+  }
   ShellVolumeGradient(q, &work->volume_gradient);
   work->volume_rate_m3_s = work->radial_flux_m3_s = 0;
   for (int j = 0; j <= n; ++j) {

@@ -201,6 +201,13 @@ struct RigidDrag {
   std::optional<double> lateral_area_m2, axial_area_m2;  ///< default: the cone's projections
 };
 
+/// Uniform, steady, fixed in the world; moments in the frames of the bodies that carry them.
+struct MagneticField {
+  Vector3 field_t{Vector3::Zero()};
+  Vector3 root_moment_a_m2{Vector3::Zero()};
+  Vector3 arm_moment_a_m{Vector3::Zero()};  ///< per length, of every arm
+};
+
 /// The effects a scene names. Absent means not computed and not stored.
 struct Effects {
   Vector3 gravity_m_s2{0, 0, -9.81};
@@ -211,6 +218,7 @@ struct Effects {
   std::optional<LateralDrag> lateral_drag;
   std::optional<RollDrag> roll_drag;
   std::optional<RigidDrag> rigid_drag;
+  std::optional<MagneticField> magnetic_field;
   std::optional<Vector3> current_m_s;  ///< uniform steady water velocity, world frame
 };
 

@@ -200,7 +200,10 @@ void Describe(Visitor& v, Mismatch& m) {
 }
 
 void DescribeRoot(Visitor& v, Robot& robot) {
-  const schema::Key key = {"root", "how the root moves; a table prescribes its motion"};
+  const schema::Key key = {
+      "root",
+      "how the root moves; a table prescribes its motion, by schedules that may have kinks but not "
+      "jump"};
   v.Either(
       key, schema::Form::kTable,
       [&] {

@@ -62,7 +62,7 @@ struct RigidDragLoad {
                 double* power_w) const;
 };
 
-using RootLoad = std::variant<RigidGravityLoad, RollDragLoad, RigidDragLoad>;
+using RootLoad = std::variant<RigidGravityLoad, RollDragLoad, RigidDragLoad, MagneticRootLoad>;
 
 /// Adds `sign` times each wrench in turn; loads of a field times `field_scale`.
 void AddRootWrenches(const std::vector<RootLoad>& loads, const SectionMotion& root,

@@ -55,12 +55,18 @@ void Describe(schema::Visitor& v, StaticsSettings& s) {
             &s.load_steps);
   v.Boolean({"arc_length", "follow the path past limit points"}, &s.arc_length);
   v.Number({"max_load_factor", "stop there"}, Quantity::kNumber, kPositive, &s.max_load_factor);
-  v.Integer({"max_points", "of the path"}, 1, 1000000, &s.max_points);
+  v.Integer({"max_points", "of an arc-length path; one that needs more is incomplete"}, 1, 1000000,
+            &s.max_points);
   v.Boolean({"stop_at_limit", "arc length: stop once a limit point has been located"},
             &s.stop_at_limit);
   v.Number({"tolerance", "of the increments, rad and body lengths"}, Quantity::kNumber, kTolerance,
            &s.tolerance);
   v.Integer({"max_iterations", "of one load step"}, 1, 1000, &s.max_iterations);
+  v.Choice<StaticBranch>({"branch",
+                          "at a bifurcation: stay on the path, be it unstable, or leave it for the "
+                          "stable one"},
+                         {{"primary", StaticBranch::kPrimary}, {"stable", StaticBranch::kStable}},
+                         &s.branch);
 }
 
 }  // namespace mantle::model

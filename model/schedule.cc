@@ -111,6 +111,24 @@ double NextOf(const IntervalSchedule& s, double t) {
 }
 double NextOf(const TableSchedule& s, double t) { return Earliest(s.time_s, t, kNever); }
 
+std::optional<ScheduleJump> JumpOf(const ConstantSchedule&) { return {}; }
+std::optional<ScheduleJump> JumpOf(const TriangularSchedule&) { return {}; }
+std::optional<ScheduleJump> JumpOf(const SineSchedule&) { return {}; }
+std::optional<ScheduleJump> JumpOf(const IntervalSchedule& s) {
+  for (double t = NextOf(s, 0.0); t < kNever; t = NextOf(s, t)) {
+    const double size = ValueOf(s, t, false) - ValueOf(s, t, true);
+    if (size != 0.0) return ScheduleJump{t, size};
+  }
+  return {};
+}
+std::optional<ScheduleJump> JumpOf(const TableSchedule& s) {
+  for (std::size_t i = 1; i < s.time_s.size(); ++i) {
+    const bool jumps = s.time_s[i] == s.time_s[i - 1] && s.value[i] != s.value[i - 1];
+    if (jumps && s.time_s[i] > 0.0) return ScheduleJump{s.time_s[i], s.value[i] - s.value[i - 1]};
+  }
+  return {};
+}
+
 }  // namespace
 
 double Value(const Schedule& schedule, double t_s, bool from_left) {
@@ -131,6 +149,10 @@ double NextBreakpoint(const Schedule& schedule, double t_s) {
 
 bool IsConstant(const Schedule& schedule) {
   return std::holds_alternative<ConstantSchedule>(schedule);
+}
+
+std::optional<ScheduleJump> FirstJump(const Schedule& schedule) {
+  return std::visit([](const auto& s) { return JumpOf(s); }, schedule);
 }
 
 }  // namespace mantle::model

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -54,5 +55,11 @@ double NextBreakpoint(const Schedule& schedule, double t_s);
 
 /// True if the value never changes.
 bool IsConstant(const Schedule& schedule);
+
+/// The first time after t = 0 at which the value itself jumps, and by how much.
+struct ScheduleJump {
+  double time_s, size;
+};
+std::optional<ScheduleJump> FirstJump(const Schedule& schedule);
 
 }  // namespace mantle::model

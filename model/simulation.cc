@@ -15,9 +15,13 @@ namespace {
 
 constexpr double kSameTime_s = 1e-12;
 constexpr double kRecovery = 2.0;  // growth of a reduced step per success
-// Powers smaller than this share of the largest of the run are not judged: their balance is
-// round-off of the stresses.
+// Powers below this share of the run's largest are round-off of the stresses: a balance is not
+// relative to them.
 constexpr double kNegligiblePower = 1e-6;
+// Beyond these a run is warned of: a step that loses that share of the energy does not resolve the
+// motion; the balance of a sound evaluation closes to round-off.
+constexpr double kLargeDrift = 0.05;
+constexpr double kLargeImbalance = 1e-8;
 
 [[noreturn]] void RefuseTipSpeed(const Arm& arm, const std::string& why) {
   throw BadRobot(fmt::format("arms.{}.initial_mode1_tip_speed = {} m/s: {}", arm.name,
@@ -83,11 +87,19 @@ PlantState StartState(const Plant& plant) {
 StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n) {
   const auto& jet = plant.robot.effects.jet_thrust;
   if (!jet || std::abs(thrust_n) <= jet->runaway_n) return {};
+  // A rising lip shrinks the volume, which raises the thrust, which lifts the lip: only where the
+  // flux counts the lip's motion and the thrust acts on it ([physics.md] 3).
+  const ValueAndBound text = PrintBeyond(std::abs(thrust_n), jet->runaway_n);
+  const bool feedback = jet->flux == FluxReading::kVolume && jet->place == ThrustPlace::kUniform;
   return {false,
-          fmt::format("jet_thrust ran away at t = {:.6g} s: thrust {:.4g} N, bound "
-                      "jet_thrust.runaway = {:.4g} N (a rising lip shrinks the volume, which "
-                      "raises the thrust: flux = \"radial\" or place = \"dome\" removes that)",
-                      time_s, thrust_n, jet->runaway_n)};
+          fmt::format(
+              "jet_thrust ran away at t = {:.6g} s: thrust {} N, bound jet_thrust.runaway = "
+              "{} N; {}",
+              time_s, text.value, text.bound,
+              feedback ? "a rising lip shrinks the volume, which raises the thrust: flux = "
+                         "\"radial\" or place = \"dome\" removes that"
+                       : "the wall itself moves that fast: lower the pressure or tension on it, or "
+                         "raise the bound if such a thrust is meant")};
 }
 
 Simulation::Simulation(const Plant& plant, const RunSettings& settings)
@@ -115,8 +127,9 @@ Simulation::Simulation(const Plant& plant, const RunSettings& settings)
   if (const EvaluationFailure failure = EvaluateForces(plant_, state_, inputs_, &work_)) {
     throw BadRobot("initial state: " + failure.Message());
   }
-  account_.initial_energy_j = EvaluateEnergies(plant_, state_, work_).total();
-  account_.peak_energy_j = account_.initial_energy_j;
+  const Energies start = EvaluateEnergies(plant_, state_, work_);
+  account_.initial_energy_j = start.total();
+  account_.peak_energy_j = start.magnitude();
 }
 
 StepCounters Simulation::counters() const {
@@ -145,7 +158,9 @@ StepStatus Simulation::CheckRunaway() const {
 
 StepStatus Simulation::TakeStep(double limit_s) {
   const double breakpoint = NextBreakpoint(plant_, state_.time_s);
-  const double next = std::min(limit_s, breakpoint);
+  // A limit that misses the break point by round-off must not hide it.
+  const bool at_breakpoint = breakpoint <= limit_s + kSameTime_s;
+  const double next = at_breakpoint ? breakpoint : limit_s;
   const bool adaptive = settings_.stepper.integrator == Integrator::kCvode;
   StepStatus status;
   for (;;) {
@@ -156,11 +171,12 @@ StepStatus Simulation::TakeStep(double limit_s) {
     if (status.ok) {
       if (count <= 1.0) {
         state_.time_s = next;
-        if (adaptive && next == breakpoint) stepper_->Restart();
+        if (adaptive && at_breakpoint) stepper_->Restart();
       }
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
       if (settings_.account_energy) AccountStep(h);
-      return CheckRunaway();
+      if (count <= 1.0 && at_breakpoint) status = CrossKink();
+      return status.ok ? CheckRunaway() : status;
     }
     if (adaptive || 0.5 * h < settings_.min_step_s) {
       status.reason = fmt::format("t = {:.6g} s: {}", state_.time_s, status.reason);
@@ -168,6 +184,20 @@ StepStatus Simulation::TakeStep(double limit_s) {
     }
     step_cap_s_ = 0.5 * h;
   }
+}
+
+StepStatus Simulation::CrossKink() {
+  if (!std::holds_alternative<PrescribedRoot>(plant_.robot.root)) return {};
+  EvaluateForces(plant_, state_, inputs_, &work_);
+  const double before_j = EvaluateEnergies(plant_, state_, work_).total();
+  if (const EvaluationFailure failure = CrossRootKink(plant_, &inputs_, &work_, &state_)) {
+    return {false, fmt::format("t = {:.6g} s: after the kink of the root's motion: {}",
+                               state_.time_s, failure.Message())};
+  }
+  EvaluateForces(plant_, state_, inputs_, &work_);
+  energy_.AddRootWork(plant_.constraint_place,
+                      EvaluateEnergies(plant_, state_, work_).total() - before_j);
+  return {};
 }
 
 StepStatus Simulation::AdvanceTo(double t_s) {
@@ -231,18 +261,17 @@ Sample ObserveState(const Plant& plant, const PlantState& state, const PlantWork
   s.root = pose(state.pose[0]);
   s.root_twist = twist(state.velocity.head<6>(), state.pose[0]);
   s.root_acceleration = acceleration.head<6>();
+  const Vector3 carried = state.pose[0].rotation.conjugate() * current;
+  s.root_acceleration.tail<3>() -= state.velocity.head<3>().cross(carried);  // its axes turn
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     const int n = plant.rods[a].element_count();
     const Pose tip = AbsolutePose(plant, state, a, n);
     s.tips.push_back(pose(tip));
     s.tip_twists.push_back(twist(AbsoluteTwist(plant, state, a, n), tip));
   }
-  const SolidMotion solid = EvaluateSolidMotion(plant, state);
-  s.centre_of_mass_m = solid.centre_m + drift;
+  s.centre_of_mass_m = EvaluateSolidMotion(plant, state).centre_m;
   s.momentum = EvaluateMomentum(plant, state, work);
   s.energies = EvaluateEnergies(plant, state, work);
-  s.energies.kinetic_solid_j +=
-      current.dot(solid.momentum_kg_m_s) + 0.5 * solid.mass_kg * current.squaredNorm();
   s.volume_m3 = work.volume_m3;
   s.volume_rate_m3_s = work.volume_rate_m3_s;
   s.thrust_n = work.thrust_n;
@@ -260,13 +289,17 @@ Sample Simulation::Observe() {
   probe_.EvaluatePowers(plant_, state_, inputs_, work_, acceleration_);
   const EnergyAccount::Balance balance =
       probe_.EvaluateBalance(plant_, state_, work_, acceleration_);
-  account_.worst_scale_w = std::max(account_.worst_scale_w, balance.scale_w);
-  const double energy_j = EvaluateEnergies(plant_, state_, work_).total();
+  account_.largest_scale_w = std::max(account_.largest_scale_w, balance.scale_w);
   Sample s = ObserveState(plant_, state_, work_, acceleration_);
-  account_.peak_energy_j = std::max(account_.peak_energy_j, energy_j);
-  if (plant_.exact() && balance.scale_w > kNegligiblePower * account_.worst_scale_w) {
-    s.power_balance_residual = std::abs(balance.residual_w) / balance.scale_w;
-    account_.worst_balance = std::max(account_.worst_balance, s.power_balance_residual);
+  account_.peak_energy_j = std::max(account_.peak_energy_j, s.energies.magnitude());
+  s.power_balance_scale_w = std::max({balance.scale_w, kNegligiblePower * account_.largest_scale_w,
+                                      s.energies.magnitude() / settings_.duration_s});
+  if (plant_.exact() && s.power_balance_scale_w > 0.0) {
+    s.power_balance_residual = std::abs(balance.residual_w) / s.power_balance_scale_w;
+    if (s.power_balance_residual >= account_.worst_balance) {
+      account_.worst_balance = s.power_balance_residual;
+      account_.worst_balance_scale_w = s.power_balance_scale_w;
+    }
   }
   s.index_output_w = LockedPower(plant_, state_, work_, acceleration_.head<6>());
   s.index_input_w =
@@ -296,6 +329,30 @@ RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
   return result;
 }
 
+void Simulation::Judge(RunResult* result) const {
+  if (settings_.account_energy && result->energy_drift > kLargeDrift) {
+    const StepperSettings& s = settings_.stepper;
+    const std::string cure =
+        s.integrator == Integrator::kCvode
+            ? "lower time.relative_tolerance and time.absolute_tolerance"
+            : fmt::format("halve time.step = {:.3g} s until the figure stays small{}",
+                          settings_.step_s,
+                          s.integrator == Integrator::kSdirk3 || s.integrator == Integrator::kRk4
+                              ? ""
+                              : ", or take time.integrator = \"sdirk3\"");
+    result->warnings.push_back(fmt::format(
+        "energy_drift = {:.2g}, bound {:.2g}: that share of {:.3g} J (the run's largest energy, or "
+        "all work done and dissipated) is unaccounted for: the steps do not resolve the motion; {}",
+        result->energy_drift, kLargeDrift, result->energy_drift_scale_j, cure));
+  }
+  if (result->power_balance_residual > kLargeImbalance) {
+    result->warnings.push_back(fmt::format(
+        "power_balance_residual = {:.2g} of {:.3g} W, bound {:.2g}: forces and energies disagree, "
+        "which no step or mesh explains; do not use this run, and report the scene",
+        result->power_balance_residual, result->power_balance_scale_w, kLargeImbalance));
+  }
+}
+
 RunResult Simulation::Result() {
   RunResult result;
   result.ok = true;
@@ -304,6 +361,7 @@ RunResult Simulation::Result() {
   result.last = Observe();
   result.balance_defined = plant_.exact();
   result.power_balance_residual = account_.worst_balance;
+  result.power_balance_scale_w = account_.worst_balance_scale_w;
   result.work_names = energy_.names();
   result.work_j = energy_.work_j();
   result.dissipated_j = energy_.dissipated_j();
@@ -312,11 +370,13 @@ RunResult Simulation::Result() {
     gained += w;
     turned += std::abs(w);
   }
-  const double end = EvaluateEnergies(plant_, state_, work_).total();
-  const double scale = std::max(account_.peak_energy_j, turned);
-  if (scale > kNegligibleEnergy_j) {
-    result.energy_drift = std::abs(end - account_.initial_energy_j - gained) / scale;
+  const double end = result.last.energies.total();
+  result.energy_drift_scale_j = std::max(account_.peak_energy_j, turned);
+  if (result.energy_drift_scale_j > kNegligibleEnergy_j) {
+    result.energy_drift =
+        std::abs(end - account_.initial_energy_j - gained) / result.energy_drift_scale_j;
   }
+  if (result.balance_defined) Judge(&result);
   EnergeticIndex& index = result.index;
   if (account_.ratio_time_s > 0) {
     index.mean_of_ratio = account_.ratio_s / account_.ratio_time_s;

@@ -24,23 +24,26 @@ struct RunSettings {
   bool account_energy{true};  ///< works, drift, indices
 };
 
-/// What an observer sees at t = 0, every output interval and the end. Poses and twists are in the
-/// earth frame (the current added back).
+/// What an observer sees at t = 0, every output interval and the end. All of it is the earth's, a
+/// current added back, but for the energetic index, which is of the motion through the water.
 struct Sample {
   double time_s{0};
   Pose root;
   Vector6 root_twist{Vector6::Zero()};
-  Vector6 root_acceleration{Vector6::Zero()};
+  Vector6 root_acceleration{Vector6::Zero()};  ///< rate of root_twist's components
   std::vector<Pose> tips;
   std::vector<Vector6> tip_twists;
   Vector3 centre_of_mass_m{Vector3::Zero()};
-  Vector6 momentum{Vector6::Zero()};  ///< of solid and added mass, about the earth origin
+  Vector6 momentum{Vector6::Zero()};  ///< of solid and added mass (EvaluateMomentum)
   double volume_m3{0}, volume_rate_m3_s{0}, thrust_n{0};
   Energies energies;
   std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
   double index_output_w{0};  ///< W_o = eta_r^T M_r eta_r_dot ([physics.md] 5)
   double index_input_w{0};   ///< W_i, positive part of the stress power of shell and arms
+  /// Of power_balance_scale_w: the sum of all powers' magnitudes at this instant, or, where those
+  /// vanish, a millionth of the largest such sum so far or the energy over the run's duration.
   double power_balance_residual{0};
+  double power_balance_scale_w{0};
 };
 
 /// Everything a sample says of a state whose forces and acceleration are known, but for the indices
@@ -63,8 +66,12 @@ struct RunResult {
   double sim_time_s{0};
   StepCounters counters;
   double power_balance_residual{0};  ///< largest over the samples (exact coupling)
+  double power_balance_scale_w{0};   ///< what it is relative to, at that sample
   bool balance_defined{true};  ///< false for frozen coupling: the two figures then mean nothing
-  double energy_drift{0};      ///< |E(T) - E(0) - work + dissipated| over the energy turned over
+  double energy_drift{0};      ///< |E(T) - E(0) - work + dissipated| over energy_drift_scale_j
+  /// Largest energy of the run, or the sum of the works' magnitudes and the dissipated energy.
+  double energy_drift_scale_j{0};
+  std::vector<std::string> warnings;  ///< what looks wrong, and what to do about it
   EnergeticIndex index;
   Sample last;
   std::vector<std::string> work_names;
@@ -112,6 +119,8 @@ class Simulation {
  private:
   StepStatus TakeStep(double limit_s);
   void AccountStep(double h);
+  StepStatus CrossKink();
+  void Judge(RunResult* result) const;  // fills its warnings
   StepStatus CheckRunaway() const;
 
   const Plant& plant_;
@@ -130,7 +139,7 @@ class Simulation {
     double initial_energy_j{0}, peak_energy_j{0};
     double ratio_s{0}, positive_ratio_s{0}, ratio_time_s{0}, time_s{0};
     double output_j{0}, positive_output_j{0}, input_j{0};
-    double worst_residual_w{0}, worst_scale_w{0}, worst_balance{0};
+    double largest_scale_w{0}, worst_balance{0}, worst_balance_scale_w{0};
   } account_;
 };
 

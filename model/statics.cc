@@ -5,356 +5,341 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/newton_matrix.h"
+#include "model/static_newton.h"
 
 namespace mantle::model {
 namespace {
 
-constexpr double kMaxIncrement = 0.5;      // rad or body lengths: an iteration beyond has failed
-constexpr int kWantedIterations = 5;       // of an arc-length step; its length adapts to this
-constexpr double kLimitResolution = 1e-4;  // of the path's length scale: the load there is off by
-                                           // the square of it
-constexpr double kSmallestStep = 1e-6;     // of the first load step
+using Outcome = StaticNewton::Outcome;
 
-void Scale(const Plant& plant, const PlantInputs& full, double factor, PlantInputs* inputs) {
-  *inputs = full;
-  inputs->gravity_scale = factor;
-  inputs->normal_pressure_pa *= factor;
-  for (double& x : inputs->distributed) x *= factor;
-  for (double& x : inputs->points) x *= factor;
-  for (double& x : inputs->strips_pa) x *= factor;
-  int at = 0;
-  const auto rest = [&](double length) {
-    CableInput& c = inputs->cables[at++];
-    c.tension_n *= factor;
-    c.reel_m = length + factor * (c.reel_m - length);
-    c.reel_rate_m_s = 0;
-  };
-  for (const Rod& rod : plant.rods) {
-    for (const RodCable& c : rod.cables) rest(c.rest_length_m);
-  }
-  if (plant.shell) {
-    for (const ShellSpokes& s : plant.shell->spokes) rest(s.rest_length_m);
-  }
-}
+constexpr double kSmallestStep = 1e-6;  // of the first load step
+constexpr int kMostAttempts = 30;       // for each load step, and 20 times as many in all
+constexpr double kBifurcationStep = 1.0 / 1024.0;  // of it: a bifurcation is located to this
+constexpr double kWantedIterations = 5;            // of an arc-length step; its length adapts
+constexpr double kLongestPath = 1.0;               // of one arc-length step (rad)
+constexpr double kLongestLoad = 2.0;               // of one arc-length step, in load steps
+constexpr double kLimitSlope = 1e-5;               // of the first slope: the limit point is located
+constexpr int kLimitSearch = 30;
+// A step continues the path where it went at least this much in the direction of its tangent and
+// not this many times as far. Stiffening shortens a way tenfold without leaving the path.
+constexpr double kSmallestCosine = 0.3;
+constexpr double kLongestWay = 4.0;
+constexpr double kNoWay = 1e-6;  // rad: a way too short to have a direction
+// The load is taken to be at its limit where the response to it has grown by this.
+constexpr double kSoftened = 10.0;
 
 class Statics {
  public:
-  Statics(const Plant& plant, const StaticsSettings& settings)
+  Statics(const Plant& plant, const StaticsSettings& settings,
+          const std::function<void(const StaticsPoint&)>& progress)
       : plant_(plant),
         settings_(settings),
-        matrix_(plant),
-        work_(plant),
-        state_(InitialState(plant)),
-        trial_(state_) {
-    state_.velocity.setZero();
-    trial_.velocity.setZero();
-    state_.time_s = trial_.time_s = settings.time_s;
-    EvaluateInputs(plant, settings.time_s, false, &full_);
-    full_.root_twist.setZero();
-    full_.root_acceleration.setZero();
-    const int n = plant.velocity_size();
-    for (VectorX* v : {&residual_, &step_, &total_, &load_, &previous_}) v->setZero(n);
+        problem_(plant, settings.time_s),
+        newton_(problem_, settings.tolerance, settings.max_iterations),
+        progress_(progress),
+        full_step_(settings.max_load_factor / settings.load_steps) {
+    result_.without_potential = LoadsWithoutPotential(plant, problem_.full_inputs());
+    conservative_ = result_.without_potential.empty();
   }
 
-  StaticsResult Solve(const std::function<void(const StaticsPoint&)>& progress) {
-    progress_ = progress;
-    if (!Equilibrate(0.0)) return Finish(false);  // a robot may be loaded by its cables at rest
+  StaticsResult Solve() {
+    const Outcome at_rest = newton_.AtLoad(0.0);  // cables may pull at rest
+    if (at_rest != Outcome::kConverged) {
+      result_.reason = Explain(at_rest);
+      return Finish(false);
+    }
+    stability_ = JudgeStability(problem_, conservative_, &newton_);
     Record();
+    if (!newton_.Tangent(&tangent_, &path_)) {
+      result_.reason = Explain(Outcome::kSingular);
+      return Finish(false);
+    }
+    first_response_ = path_.norm();
     const bool ok = settings_.arc_length ? TraceArc() : TraceLoad();
     return Finish(ok);
   }
 
  private:
-  // Scaled size of an increment.
-  double Size(const VectorX& x) const {
-    double angular = 0, linear = 0;
-    for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
-      for (int i = 1; i <= plant_.rods[a].element_count(); ++i) {
-        const int at = plant_.ArmVelocity(a, i);
-        angular = std::max(angular, x.segment<3>(at).cwiseAbs().maxCoeff());
-        linear = std::max(linear, x.segment<3>(at + 3).cwiseAbs().maxCoeff());
-      }
-    }
-    for (int j = 0; j < plant_.shape_count(); ++j) {
-      const int at = plant_.ShellVelocity(j);
-      linear = std::max(linear, x.segment<2>(at).cwiseAbs().maxCoeff());
-      angular = std::max(angular, std::abs(x(at + 2)));
-    }
-    return std::max(angular, linear / plant_.body_length_m);
-  }
-
-  // residual_ = f at trial_, lambda; factors the tangent.
-  bool Linearise(double lambda) {
-    Scale(plant_, full_, lambda, &inputs_);
-    if (const EvaluationFailure failure = EvaluateForces(plant_, trial_, inputs_, &work_)) {
-      reason_ = failure.Message();
-      return false;
-    }
-    residual_ = work_.force;
-    residual_.head<6>().setZero();
-    if (!matrix_.Factor(plant_, trial_, inputs_, work_, 0.0, 0.0)) {
-      reason_ = "stiffness matrix is singular";
-      return false;
-    }
-    return true;
-  }
-
-  // df/dlambda at trial_ by central difference of the (nearly linear) loads.
-  bool LoadDerivative(double lambda) {
-    constexpr double kProbe = 1e-4;
-    PlantInputs inputs;
-    load_.setZero();
-    for (double sign : {1.0, -1.0}) {
-      Scale(plant_, full_, lambda + sign * kProbe, &inputs);
-      if (EvaluateForces(plant_, trial_, inputs, &work_)) return false;
-      load_ += (sign / (2.0 * kProbe)) * work_.force;
-    }
-    load_.head<6>().setZero();
-    return true;
-  }
-
-  void Move(const VectorX& x) {
-    Retract(plant_, PlantState(trial_), x, &trial_);
-    ImposeRoot(plant_, full_, &trial_);
-  }
-
-  // Newton at fixed load.
-  bool Equilibrate(double lambda) {
-    trial_ = state_;
-    for (int k = 0; k < settings_.max_iterations; ++k) {
-      if (!Linearise(lambda)) return false;
-      ++iterations_;
-      step_ = residual_;
-      matrix_.Solve(plant_, &step_);
-      const double size = Size(step_);
-      if (!std::isfinite(size)) {
-        reason_ = "an increment is not finite";
-        return false;
-      }
-      if (size > kMaxIncrement) step_ *= kMaxIncrement / size;
-      Move(step_);
-      if (size < settings_.tolerance) return Accept(lambda);
-    }
-    reason_ = fmt::format("no equilibrium at load factor {:.6g} in {} iterations", lambda,
-                          settings_.max_iterations);
-    return false;
-  }
-
-  bool Accept(double lambda) {
-    Scale(plant_, full_, lambda, &inputs_);
-    if (const EvaluationFailure failure = EvaluateForces(plant_, trial_, inputs_, &work_)) {
-      reason_ = failure.Message();
-      return false;
-    }
-    residual_ = work_.force;
-    residual_.head<6>().setZero();
-    state_ = trial_;
-    lambda_ = lambda;
-    return true;
-  }
+  double load() const { return newton_.load_factor; }
 
   void Record() {
     StaticsPoint p;
-    p.load_factor = lambda_;
-    p.volume_m3 = plant_.shell ? ShellVolume(state_.shape) : 0.0;
+    p.load_factor = load();
+    p.volume_m3 = plant_.shell ? ShellVolume(newton_.state.shape) : 0.0;
     for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
-      p.tips_m.push_back(AbsolutePose(plant_, state_, a, plant_.rods[a].element_count()).position);
+      p.tips_m.push_back(
+          AbsolutePose(plant_, newton_.state, a, plant_.rods[a].element_count()).position);
     }
-    p.stability = matrix_.DeterminantSign(plant_);
+    p.unstable_directions = stability_.unstable_directions;
     result_.path.push_back(p);
     if (progress_) progress_(p);
   }
 
-  // Load steps, halved where Newton fails.
+  // Whether the last step went where its tangent pointed.
+  bool Continues() const {
+    const double way = newton_.travelled().norm(), foreseen = newton_.foreseen().norm();
+    if (way < kNoWay) return true;
+    const double cosine = newton_.travelled().dot(newton_.foreseen()) / (way * foreseen);
+    return cosine > kSmallestCosine && way < kLongestWay * foreseen;
+  }
+
   bool TraceLoad() {
-    double step = settings_.max_load_factor / settings_.load_steps;
-    const double smallest = kSmallestStep * std::abs(step);
-    while (lambda_ < settings_.max_load_factor * (1 - 1e-12)) {
-      const double next = std::min(lambda_ + step, settings_.max_load_factor);
-      if (Equilibrate(next)) {
-        Record();
-        step = std::min(1.5 * step, settings_.max_load_factor / settings_.load_steps);
-        continue;
-      }
-      step *= 0.5;
-      if (step < smallest) {
-        reason_ = fmt::format(
-            "no equilibrium beyond load factor {:.6g}: {}; a limit point may lie "
-            "there (arc_length passes it)",
-            lambda_, reason_);
-        return false;
-      }
-    }
-    return true;
-  }
-
-  // total_ (a chart at state_) moved by the body increment step_.
-  void AddToTotal() {
-    for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
-      for (int i = 1; i <= plant_.rods[a].element_count(); ++i) {
-        const int at = plant_.ArmVelocity(a, i);
-        const Vector6 total = total_.segment<6>(at);
-        total_.segment<6>(at) += TangentOperatorInverseTimes(total, step_.segment<6>(at));
-      }
-    }
-    const int shape = 3 * plant_.shape_count();
-    total_.tail(shape) += step_.tail(shape);
-  }
-
-  // One arc-length step of length ds from state_ along `direction`; false where it does not
-  // converge.
-  bool ArcStep(double ds, int* used) {
-    trial_ = state_;
-    double lambda = lambda_;
-    if (!Linearise(lambda) || !LoadDerivative(lambda)) return false;
-    step_ = load_;
-    matrix_.Solve(plant_, &step_);
-    // Forward: along the previous increment; at the start, rising load.
-    double sign = previous_.isZero(0.0) ? 1.0 : (step_.dot(previous_) >= 0 ? 1.0 : -1.0);
-    const double dlambda = sign * ds / step_.norm();
-    total_ = dlambda * step_;
-    lambda += dlambda;
-    trial_ = state_;
-    Retract(plant_, state_, total_, &trial_);
-    ImposeRoot(plant_, full_, &trial_);
-    for (int k = 0; k < settings_.max_iterations; ++k) {
-      if (!Linearise(lambda) || !LoadDerivative(lambda)) return false;
-      ++iterations_;
-      matrix_.Solve(plant_, &residual_);
-      matrix_.Solve(plant_, &load_);
-      // |total + residual + dl load| = ds, linearised about the current point (Ramm's updated plane
-      // through Crisfield's cylinder): total . (residual + dl load) = (ds^2 - |total|^2) / 2
-      const double along = total_.dot(load_);
-      const double correction =
-          (0.5 * (ds * ds - total_.squaredNorm()) - total_.dot(residual_)) / along;
-      step_ = residual_ + correction * load_;
-      const double size = Size(step_);
-      if (!std::isfinite(size) || size > kMaxIncrement) {
-        reason_ = "arc-length iteration does not converge";
-        return false;
-      }
-      lambda += correction;
-      AddToTotal();
-      Retract(plant_, state_, total_, &trial_);
-      ImposeRoot(plant_, full_, &trial_);
-      *used = k + 1;
-      if (size < settings_.tolerance) {
-        const VectorX keep = total_;
-        if (!Accept(lambda)) return false;
-        previous_ = keep;
-        return true;
-      }
-    }
-    reason_ = "arc-length iteration does not converge";
-    return false;
-  }
-
-  struct Place {
-    PlantState state;
-    VectorX direction;
-    double lambda;
-  };
-  Place Here() const { return {state_, previous_, lambda_}; }
-  void GoTo(const Place& place) {
-    state_ = place.state;
-    previous_ = place.direction;
-    lambda_ = place.lambda;
-  }
-
-  bool TraceArc() {
-    // First step: as long as the first load step would be.
-    if (!Linearise(0.0) || !LoadDerivative(0.0)) return false;
-    step_ = load_;
-    matrix_.Solve(plant_, &step_);
-    double ds = step_.norm() * settings_.max_load_factor / settings_.load_steps;
-    const double longest = 4.0 * ds, shortest = kSmallestStep * ds;
-    Place older = Here();
-    bool stepped = false;  // from `older` to where the next step starts
-    while (static_cast<int>(result_.path.size()) < settings_.max_points) {
-      const Place before = Here();
-      int used = 0;
-      if (!ArcStep(ds, &used)) {
-        GoTo(before);
-        ds *= 0.5;
-        if (ds < shortest) {
-          reason_ = fmt::format("path stops at load factor {:.6g}: {}", lambda_, reason_);
+    double step = full_step_;
+    const double end = settings_.max_load_factor;
+    const int most = kMostAttempts * std::min(settings_.load_steps + 20, 10000);
+    int attempts = 0;
+    while (load() < end * (1 - 1e-12)) {
+      const StaticState before = newton_.state;
+      const double from = load();
+      const auto back = [&](double to) {
+        newton_.state = before;
+        newton_.load_factor = from;
+        step = 0.5 * (to - from);
+      };
+      // Whole load steps stay on their grid also after shorter ones.
+      const double grid = (std::floor(from / full_step_ + 1e-9) + 1.0) * full_step_;
+      const double to = std::min({from + step, grid, end});
+      ++attempts;
+      const Outcome outcome = newton_.AtLoad(to > end - 1e-9 * full_step_ ? end : to);
+      const bool jumped = outcome == Outcome::kConverged && !Continues();
+      if (outcome != Outcome::kConverged || jumped) {
+        back(to);
+        if (step < kSmallestStep * full_step_ || attempts > most) {
+          result_.reason = jumped ? Beyond(kJump) : Explain(outcome);
           return false;
         }
         continue;
       }
-      if (lambda_ < before.lambda && !result_.limit_load_factor) {
-        // The maximum lies between the point before the last and here (the last may be past it
-        // already): from there again, with shorter steps.
-        if (ds > kLimitResolution * longest) {
-          GoTo(older);
-          if (stepped) result_.path.pop_back();
-          stepped = false;
-          locating_ = true;
-          ds *= 0.5;
+      const Stability now = JudgeStability(problem_, conservative_, &newton_);
+      if (now.unstable_directions != stability_.unstable_directions) {
+        if (conservative_ && load() - from > kBifurcationStep * full_step_ * 1.001) {
+          back(to);
           continue;
         }
-        locating_ = false;
-        result_.limit_load_factor = std::max(before.lambda, lambda_);
-        Record();
-        if (settings_.stop_at_limit) return true;
-        ds = 0.02 * longest;
-        continue;
+        result_.bifurcation_load_factors.push_back(0.5 * (from + load()));
+      }
+      stability_ = now;
+      const bool settled = step > 0.5 * full_step_ || load() >= end * (1 - 1e-12);
+      if (settings_.branch == StaticBranch::kStable && conservative_ && settled &&
+          stability_.unstable_directions > 0 && LeaveUnstableBranch(problem_, &newton_)) {
+        stability_ = JudgeStability(problem_, conservative_, &newton_);
       }
       Record();
-      older = before;
-      stepped = true;
-      if (lambda_ >= settings_.max_load_factor) {
-        return Equilibrate(settings_.max_load_factor) && (Record(), true);
-      }
-      if (result_.limit_load_factor && lambda_ <= 0.0) return true;
-      if (!locating_) {
-        ds *= std::clamp(std::sqrt(static_cast<double>(kWantedIterations) / used), 0.5, 1.5);
-        ds = std::min(ds, longest);
-      }
+      step = std::min(2.0 * step, full_step_);
     }
     return true;
   }
 
+  struct Place {
+    StaticState state;
+    VectorX direction;
+    StaticStep tangent;
+    double load, slope;
+    Stability stability;
+  };
+  Place Here() const { return {newton_.state, direction_, tangent_, load(), slope_, stability_}; }
+  void GoTo(const Place& place) {
+    newton_.state = place.state;
+    newton_.load_factor = place.load;
+    direction_ = place.direction;
+    tangent_ = place.tangent;
+    slope_ = place.slope;
+    stability_ = place.stability;
+  }
+
+  // Unit direction and slope d lambda / d s of the path where newton_ stands, onward from the last
+  // direction (at the start: to rising load).
+  bool Orient() {
+    if (!newton_.Tangent(&tangent_, &path_)) return false;
+    const double size = path_.norm();
+    const double sign = direction_.size() == 0 || path_.dot(direction_) >= 0 ? 1.0 : -1.0;
+    slope_ = sign / size;
+    direction_ = slope_ * path_;
+    return std::isfinite(slope_);
+  }
+
+  Outcome ArcStep(double ds) { return newton_.AlongPath(direction_, ds, tangent_, slope_ * ds); }
+
+  // The limit point between `rising` (slope > 0) and `ds` beyond it, where the slope is `falling`, to
+  // its far side: Illinois' regula falsi on the slope, from `rising` each time.
+  bool LocateLimit(const Place& rising, double ds, double falling) {
+    double low = 0, high = ds, at_low = rising.slope, at_high = falling;
+    const double wanted = kLimitSlope / first_response_;
+    int side = 0;
+    for (int k = 0; k < kLimitSearch; ++k) {
+      const double at = low + (high - low) * at_low / (at_low - at_high);
+      GoTo(rising);
+      if (ArcStep(at) != Outcome::kConverged || !Orient()) return false;
+      if (slope_ > 0) {
+        low = at;
+        at_low = slope_;
+        if (side > 0) at_high *= 0.5;
+        side = 1;
+      } else {
+        if (-slope_ < wanted) return true;
+        high = at;
+        at_high = slope_;
+        if (side < 0) at_low *= 0.5;
+        side = -1;
+      }
+    }
+    GoTo(rising);
+    return ArcStep(high) == Outcome::kConverged && Orient();
+  }
+
+  bool TraceArc() {
+    if (!Orient()) {
+      result_.reason = Explain(Outcome::kSingular);
+      return false;
+    }
+    double ds = full_step_ / std::abs(slope_);
+    const double shortest = kSmallestStep * ds;
+    while (static_cast<int>(result_.path.size()) < settings_.max_points) {
+      ds = std::min({ds, kLongestPath, kLongestLoad * full_step_ / std::abs(slope_)});
+      const Place before = Here();
+      const Outcome outcome = ArcStep(ds);
+      const bool converged = outcome == Outcome::kConverged && Continues() && Orient() &&
+                             direction_.dot(before.direction) > kSmallestCosine;
+      if (!converged) {
+        GoTo(before);
+        ds *= 0.5;
+        if (ds < shortest) {
+          result_.reason = outcome == Outcome::kConverged ? Beyond(kJump) : Explain(outcome);
+          return false;
+        }
+        continue;
+      }
+      stability_ = JudgeStability(problem_, conservative_, &newton_);
+      if (before.slope > 0 && slope_ < 0 && !result_.limit_load_factor) {
+        if (!LocateLimit(before, ds, slope_)) {
+          result_.reason = Explain(Outcome::kDiverged);
+          GoTo(before);
+          return false;
+        }
+        stability_ = JudgeStability(problem_, conservative_, &newton_);
+        result_.limit_load_factor = load();
+        Record();
+        if (settings_.stop_at_limit) return true;
+        ds *= 0.5;
+        continue;
+      }
+      const bool turned = before.slope * slope_ < 0;
+      if (!turned && stability_.unstable_directions != before.stability.unstable_directions &&
+          !PastLimit(before)) {
+        result_.bifurcation_load_factors.push_back(0.5 * (before.load + load()));
+      }
+      if (load() >= settings_.max_load_factor) {
+        const Outcome end = newton_.AtLoad(settings_.max_load_factor);
+        if (end != Outcome::kConverged) {
+          result_.reason = Explain(end);
+          return false;
+        }
+        stability_ = JudgeStability(problem_, conservative_, &newton_);
+        Record();
+        return true;
+      }
+      Record();
+      if (result_.limit_load_factor && load() <= 0.0) return true;
+      ds *= std::clamp(std::sqrt(kWantedIterations / newton_.last_iterations()), 0.5, 2.0);
+    }
+    result_.reason = fmt::format(
+        "statics.max_points = {}: the path has that many points and has only come to load factor "
+        "{:.6g} of {:.6g}; must be larger, or statics.load_steps smaller (longer steps)",
+        settings_.max_points, load(), settings_.max_load_factor);
+    return false;
+  }
+
+  // At the point located as a limit the sign of the last pivot is round-off.
+  bool PastLimit(const Place& before) const {
+    return result_.limit_load_factor && before.load == *result_.limit_load_factor;
+  }
+
+  enum Kind { kLimit, kJump, kOther };
+
+  // How a path ends that does not go on, with what to do about it.
+  std::string Beyond(Kind kind, const std::string& cause = {}) {
+    const std::string where = fmt::format("no equilibrium beyond load factor {:.6g}: ", load());
+    if (kind == kLimit) {
+      return where + fmt::format(
+                         "a limit point lies there (the response to more load is {:.3g} times that "
+                         "at rest); statics.arc_length = true passes it",
+                         path_.norm() / first_response_);
+    }
+    if (kind == kJump) {
+      return where +
+             "the equilibria near the next load lie on another branch, the path jumps there; "
+             "statics.arc_length = true follows it, or a load to the side leads past it";
+    }
+    return where + cause;
+  }
+
+  std::string Explain(Outcome outcome) {
+    const std::string cause = newton_.reason();
+    const bool tangent = newton_.Tangent(&tangent_, &path_);
+    if (outcome == Outcome::kNotAState) return Beyond(kOther, cause);
+    if (outcome == Outcome::kRoundOff) {
+      return Beyond(kOther, fmt::format("{}: round-off of these stiffnesses; statics.tolerance = "
+                                        "{:.1e} must be larger",
+                                        cause, settings_.tolerance));
+    }
+    if (tangent && !settings_.arc_length && first_response_ > 0.0 &&
+        path_.norm() > kSoftened * first_response_) {
+      return Beyond(kLimit);
+    }
+    switch (outcome) {
+      case Outcome::kSingular:
+        return Beyond(kOther, cause + ": the robot has a direction without stiffness");
+      case Outcome::kIterations:
+        return Beyond(kOther, fmt::format("{}; statics.max_iterations = {} must be larger", cause,
+                                          settings_.max_iterations));
+      default:
+        return Beyond(kOther, fmt::format("{}, and no limit point is near; the mesh may be too "
+                                          "coarse for the shape there (more elements)",
+                                          cause));
+    }
+  }
+
   StaticsResult Finish(bool ok) {
     result_.ok = ok;
-    result_.reason = ok ? "" : reason_;
-    Scale(plant_, full_, lambda_, &inputs_);
-    EvaluateForces(plant_, state_, inputs_, &work_);
-    result_.residual_n = work_.force.tail(work_.force.size() - 6).cwiseAbs().maxCoeff();
-    result_.state = state_;
-    result_.load_factor = lambda_;
-    result_.iterations = iterations_;
-    result_.cable_length_m = work_.cable_length_m;
-    result_.cable_tension_n = work_.cable_tension_n;
+    if (ok) result_.reason.clear();
+    PlantInputs inputs;
+    PlantWork work(plant_);
+    problem_.Evaluate(load(), &newton_.state, &inputs, &work);
+    result_.residual_n = work.force.cwiseAbs().maxCoeff();
+    for (std::size_t a = 0; a < plant_.rods.size(); ++a) {
+      const Rod& rod = plant_.rods[a];
+      for (int i = 0; i < rod.element_count(); ++i) {
+        const double held = RodStress(rod.elements[i], work.rod[a][i]).cwiseAbs().maxCoeff();
+        result_.internal_force_n = std::max(result_.internal_force_n, held);
+      }
+    }
+    result_.state = newton_.state;
+    result_.load_factor = load();
+    result_.stability = stability_;
+    result_.iterations = newton_.iterations();
+    result_.cable_length_m = work.cable_length_m;
+    result_.cable_tension_n = work.cable_tension_n;
     return result_;
   }
 
   const Plant& plant_;
   StaticsSettings settings_;
-  NewtonMatrix matrix_;
-  PlantWork work_;
-  PlantInputs full_, inputs_;
-  PlantState state_, trial_;
-  VectorX residual_, step_, total_, load_, previous_;
+  StaticProblem problem_;
+  StaticNewton newton_;
   StaticsResult result_;
   std::function<void(const StaticsPoint&)> progress_;
-  std::string reason_;
-  double lambda_{0};
-  int iterations_{0};
-  bool locating_{false};
+  StaticStep tangent_;
+  VectorX path_, direction_;  // dq/dlambda (tangent_) in path coordinates, unit direction
+  Stability stability_;
+  double slope_{0}, first_response_{0}, full_step_;
+  bool conservative_{true};
 };
 
 }  // namespace
 
 StaticsResult SolveStatics(const Plant& plant, const StaticsSettings& settings,
                            const std::function<void(const StaticsPoint&)>& progress) {
-  if (plant.root_free()) {
-    throw BadRobot(
-        "robot.root = \"free\": statics needs a clamped root, a free robot has no unique "
-        "equilibrium");
-  }
-  return Statics(plant, settings).Solve(progress);
+  return Statics(plant, settings, progress).Solve();
 }
 
 }  // namespace mantle::model

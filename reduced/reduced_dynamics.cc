@@ -139,6 +139,12 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
     if (!EvaluateArm(model.arms[a], m, &work->arms[a])) {
       return {model.robot.arms[a].name.c_str(), "a force or a pose is not finite"};
     }
+    for (int l = 0; l < model.arms[a].dynamic_intervals; ++l) {
+      if (!(work->arms[a].at[l].omega(3) > 0.0)) {
+        return {model.plant.rods[a].name.c_str(),
+                "stretch along the arm: the material is turned inside out"};
+      }
+    }
     work->residual.head<6>() += work->arms[a].base_wrench;
     work->residual.segment(6 + model.arm_first(a), model.arms[a].size()) = work->arms[a].residual;
   }
@@ -191,6 +197,24 @@ ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& 
   const int n = model.velocity_count() - skip;
   acceleration->tail(n) -=
       jacobians->mass.bottomRightCorner(n, n).ldlt().solve(work->residual.tail(n));
+  return {};
+}
+
+ReducedFailure CrossRootKink(const ReducedModel& model, const PlantInputs& inputs,
+                             ReducedWork* work, ReducedJacobians* jacobians, ReducedState* state) {
+  if (model.root_free()) return {};
+  const Vector6 jump = inputs.root_twist - state->v.head<6>();
+  if (jump.isZero(0.0)) return {};
+  const VectorX at_rest = VectorX::Zero(model.velocity_count());
+  if (const ReducedFailure failure = EvaluateResidual(model, *state, at_rest, inputs, work)) {
+    return failure;
+  }
+  Linearise(model, *state, at_rest, inputs, false, work, jacobians);
+  const int n = model.coordinate_count();
+  const Eigen::MatrixXd& mass = jacobians->mass;
+  state->v.tail(n) -=
+      mass.bottomRightCorner(n, n).ldlt().solve(mass.bottomLeftCorner(n, 6).lazyProduct(jump));
+  state->v.head<6>() = inputs.root_twist;
   return {};
 }
 

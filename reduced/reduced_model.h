@@ -115,4 +115,10 @@ ReducedFailure SolveAcceleration(const ReducedModel& model, const ReducedState& 
                                  const model::PlantInputs& inputs, ReducedWork* work,
                                  ReducedJacobians* jacobians, VectorX* acceleration);
 
+/// At a break point of a prescribed root, with the inputs' limits from the right: the root takes
+/// its new twist, and the coordinates the rates that the support's impulse gives them, M_qq dq_dot
+/// = -M_qr d(twist). As model::CrossRootKink does to the plant.
+ReducedFailure CrossRootKink(const ReducedModel& model, const model::PlantInputs& inputs,
+                             ReducedWork* work, ReducedJacobians* jacobians, ReducedState* state);
+
 }  // namespace mantle::reduced

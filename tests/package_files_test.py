@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the package says about itself, in several files, agrees: version, licences, CI, hooks."""
+"""What the package says about itself, in several files, agrees: version, licences, components, CI, hooks."""
 
 import pathlib
 import re
@@ -28,6 +28,17 @@ def main():
     noticed = set(re.findall(r"^  (\S+) ", read("THIRD_PARTY_NOTICES"), re.M))
     for package in sorted(packages - noticed):
         problems.append(f"THIRD_PARTY_NOTICES: lacks {package}, which tools/setup installs")
+
+    page = read("docs/library.md")
+    for file in ROOT.glob("[a-z]*/**/CMakeLists.txt"):
+        if file.relative_to(ROOT).parts[0].startswith("build"):
+            continue
+        for library in re.findall(r"^mantle_(?:library|component)\((\w+)", file.read_text(), re.M):
+            if f"`{library}`" not in page:
+                problems.append(f"docs/library.md: lacks the component {library}")
+    for example in (ROOT / "examples").glob("*.cc"):
+        if f"`{example.stem}`" not in page:
+            problems.append(f"docs/library.md: lacks the example {example.stem}")
 
     hooks = read(".pre-commit-config.yaml")
     for repository in re.findall(r"- repo: (\S+)", hooks):

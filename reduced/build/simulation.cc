@@ -53,7 +53,10 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
   }
   const double share = FirstStageTime(settings_.step.scheme);
   while (state_.time_s < t_s - kSameTime_s) {
-    const double next = std::min(t_s, NextBreakpoint(model_.plant, state_.time_s));
+    const double breakpoint = NextBreakpoint(model_.plant, state_.time_s);
+    // A limit that misses the break point by round-off must not hide it.
+    const bool at_breakpoint = breakpoint <= t_s + kSameTime_s;
+    const double next = at_breakpoint ? breakpoint : t_s;
     const double remaining = next - state_.time_s;
     const double count = std::max(std::ceil(remaining / step_cap_s_ - 1e-9), 1.0);
     const double h = remaining / count;
@@ -67,6 +70,13 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       if (count <= 1.0) state_.time_s = next;
       ++counters_.steps;
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
+      if (count > 1.0 || !at_breakpoint) continue;
+      EvaluateInputs(model_.plant, state_.time_s, false, &first_);
+      if (const ReducedFailure failure =
+              CrossRootKink(model_, first_, &evaluation_, &jacobians_, &state_)) {
+        return {false, fmt::format("t = {:.6g} s: after the kink of the root's motion: {}: {}",
+                                   state_.time_s, failure.body, failure.cause)};
+      }
       continue;
     }
     ++counters_.rejected;

@@ -12,6 +12,7 @@ find_package(Python3 REQUIRED COMPONENTS Interpreter)
 add_test(NAME firmware_sim.eds_file
   COMMAND Python3::Interpreter ${CMAKE_CURRENT_SOURCE_DIR}/eds_test.py
     ${PROJECT_SOURCE_DIR}/firmware_sim/canopen/mantle_drive.eds)
+mantle_label(firmware_sim.eds_file)
 
 # The same frames against a copy of the drive under ASan and UBSan, in every build.
 if(NOT MANTLE_SANITIZE)

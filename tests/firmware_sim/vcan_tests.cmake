@@ -14,6 +14,7 @@ function(mantle_vcan_test name)
     COMMAND ${PROJECT_SOURCE_DIR}/tools/vcan_run -t ${ARG_LIMIT} -- $<TARGET_FILE:${target}>)
   math(EXPR limit "${ARG_LIMIT} + 40")
   set_tests_properties(${name} PROPERTIES TIMEOUT ${limit} RUN_SERIAL TRUE)
+  mantle_label(${name} vcan)
 endfunction()
 
 mantle_vcan_test(firmware_sim.socket_can_bus socket_can_bus_test.cc LIMIT 60
@@ -25,3 +26,4 @@ mantle_vcan_test(firmware_sim.python_can python_can_test.cc LIMIT 60 LIBS mantle
 add_dependencies(test_firmware_sim_python_can mantle)
 add_test(NAME firmware_sim.vcan_run COMMAND ${CMAKE_CURRENT_SOURCE_DIR}/vcan_run_test.sh)
 set_tests_properties(firmware_sim.vcan_run PROPERTIES TIMEOUT 150)
+mantle_label(firmware_sim.vcan_run vcan)

@@ -1,28 +1,44 @@
 // A program with the control side alone, as one that drives a vehicle would be: it links no other
-// part of the loop (control_side_link_test.sh looks at what came into it), and turns a sensor
-// message into a torque for every motor. Exit status 0 where it does.
+// part of the loop and no plant (control_side_link_test.sh looks at what came into it), believes in
+// a model of constants of its own, and turns sensor messages into a torque for every motor. Exit
+// status 0 where it does.
 
 #include <cstdio>
 
 #include "firmware_sim/bus/loop_bus.h"
 #include "loop/control_side/control_side.h"
-#include "tests/loop/vehicles.h"
+
+namespace {
+
+// A rigid body with two motors that move nothing.
+class RigidBody : public mantle::reduced::ReducedModel {
+ public:
+  RigidBody() {
+    using Kind = mantle::reduced::ActuatorTarget::Kind;
+    robot.name = "body";
+    rigid_inertia.setIdentity();
+    body_length_m = 0.3;
+    cable_rest_m = {0.1, 0.1};
+    actuators = {{"a", {{Kind::kCable, 0, 1.0}}}, {"b", {{Kind::kCable, 1, 2.0}}}};
+    start.q.setZero(0);
+    start.v.setZero(6);
+  }
+};
+
+}  // namespace
 
 int main() {
   using namespace mantle;
-  const model::Robot robot = tests::ClampedArm(8);
-  reduced::Reduction reduction;
-  reduction.arms[0].segments = 2;
-  reduction.actuators = {tests::CableMotor("a", 0), tests::CableMotor("b", 2)};
-  const reduced::ReducedModel model(robot, reduction);
+  const RigidBody model;
   controller::ControlOptions control;
   control.controller = ToString(controller::ControllerKind::kGait);
-  control.goal = controller::CircleTask{};
+  control.goal = controller::CruiseTask{};
+  control.estimator.disturbance = false;
   control.motors.assign(2, {});
   control.gait.motors.assign(2, {.low_n = 0.3, .high_n = 0.3});
   firmware_sim::LoopMedium medium;
   const auto station = medium.MakeStation();
-  loop::ControlSide side({.model = model, .robot = robot, .control = control}, *station);
+  loop::ControlSide side({.model = model, .control = control}, *station);
   loop::Sensors message;
   message.has_state = true;
   message.state = InitialState(model);
@@ -32,7 +48,7 @@ int main() {
     side.Turn(message);
     side.PrepareNext();
   }
-  // Without drives nothing reels in; the torque loops ask for more and more of it.
+  // Nothing reels in: the tension loops ask for all the more torque.
   for (const loop::MotorCommand& torque : side.torques()) {
     if (torque.torque_permille <= 0) {
       std::fprintf(stderr, "torque %d, must be above 0\n", torque.torque_permille);

@@ -1,12 +1,11 @@
 #!/usr/bin/env bash
 # control_side_link_test.sh PROGRAM CONTROL_SIDE.a PLANT_SIDE.a: the control side does not reach the
 # plant by link. PROGRAM (control_side_alone.cc), which links the control side alone, runs and has
-# nothing of the plant side or of a drive in it; the control side's own code names no part of the
-# full model, of its stepping or its statics either.
+# nothing of the plant side, of a drive or of the full model in it, and links no SUNDIALS.
 set -euo pipefail
 program=$1 control=$2 plant=$3
 vehicle='mantle::loop::(PlantSide|Instruments|SensorModel|DriveRack|MakeReel|DrumTension|LockStep|ClosedLoop)|mantle::firmware_sim::(Drive|Winch|Winding|Motion|PowerStage)::'
-stepping='mantle::model::(Simulation|Stepper|MakeStepper|Evaluate|Assemble|SolveStatics|Observe|EnergyAccount|PlantWork|PlantState)'
+full='mantle::model::(Plant::|Simulation::|MakeStepper|EnergyAccount|PlantWork|PlantState|SolveStatics)|mantle::reduced::(ReducedPlant|Projection)'
 
 symbols() {  # ARGUMENTS of nm
   nm -C "$@" 2>/dev/null
@@ -20,9 +19,15 @@ absent() {  # WHAT PATTERN FILE
 
 "$program"
 absent "the control side reaches the plant side" "$vehicle" "$program"
+absent "the control side reaches the full model" "$full" "$program"
 absent "the control side reaches the plant side" "$vehicle" "$control"
-absent "the control side reaches the full model" "$stepping" "$control"
+absent "the control side reaches the full model" "$full" "$control"
+if ldd "$program" | grep -i sundials; then
+  echo "$program links the library above"
+  exit 1
+fi
 
 # The patterns find what they are for.
-symbols "$plant" | grep -qE 'mantle::loop::PlantSide' || { echo "$plant has no PlantSide"; exit 1; }
-symbols "$plant" | grep -qE "$stepping" || { echo "$plant does not step a plant"; exit 1; }
+for pattern in "$vehicle" "$full"; do
+  symbols "$plant" | grep -qE "$pattern" || { echo "$plant has nothing of $pattern"; exit 1; }
+done

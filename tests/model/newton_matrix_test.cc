@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <tuple>
 
+#include "model/statics.h"
 #include "tests/support/gradient_checker.h"
 #include "tests/support/paper_robot.h"
 #include "tests/support/plant_state.h"
@@ -266,33 +268,35 @@ TEST(NewtonMatrix, FrozenCouplingContracts) {
   EXPECT_LT(LeftoverOfOneCorrection(&p, 1.0 / (kGamma * kStep_s), 9), 5e-2);
 }
 
-TEST(NewtonMatrix, DeterminantSignTellsAnUnstableEquilibrium) {
-  // A straight column under an axial load below and above Euler's pi^2 EI / 4 L^2.
-  Robot robot = ClampedArm(20);
-  robot.effects = Effects{};
-  robot.arms[0].radius_tip_m = robot.arms[0].radius_base_m = 0.01;
-  const double ei = 110e3 * M_PI * 1e-8 / 4, euler = M_PI * M_PI * ei / (4 * 0.42 * 0.42);
-  for (double factor : {0.95, 1.05}) {
+TEST(NewtonMatrix, CountsNegativeEigenvaluesOfAColumnHeldBySprings) {
+  // A straight column past Euler's load in both planes, which a stiff reeled cable on either side
+  // holds in its own plane: the border of the cables takes one direction off the chain's two.
+  const double young = 110e3, radius = 0.01, length = 0.42;
+  const double ei = young * M_PI * std::pow(radius, 4) / 4;
+  const double euler = M_PI * M_PI * ei / (4 * length * length);
+  for (const auto& [factor, held, directions] :
+       {std::tuple{0.9, false, 0}, {1.2, false, 2}, {1.2, true, 1}}) {
+    Robot robot = ClampedArm(20);
+    robot.effects = Effects{};
+    robot.arms[0].cables.clear();
+    robot.arms[0].radius_tip_m = robot.arms[0].radius_base_m = radius;
     Vector6 load = Vector6::Zero();
-    load(5) = factor * euler;  // arm hangs along -e3: this pushes
-    robot.arms[0].points = {{"push", 0.42, load, LoadFrame::kWorld, ConstantSchedule{1}}};
-    // mount so that only one bending plane counts: two equal planes flip the sign twice
-    Vector6 stiffness = SectionStiffness(robot.arms[0].material, 1.0, 0.01);
-    stiffness(2) *= 10;
-    robot.arms[0].stiffness = stiffness;
-    Problem p(robot, 0.0, 1);
-    // compress to equilibrium
-    for (int k = 0; k < 5; ++k) {
-      ASSERT_TRUE(p.matrix.Factor(p.plant, p.state, p.inputs, p.work, 0.0, 0.0));
-      VectorX x = p.work.force;
-      p.matrix.Solve(p.plant, &x);
-      PlantState next = p.state;
-      Retract(p.plant, p.state, x, &next);
-      p.state = next;
-      p.Evaluate();
+    load(5) = factor * euler;  // the arm hangs along -e3: this pushes
+    robot.arms[0].points = {{"push", length, load, LoadFrame::kWorld, ConstantSchedule{1}}};
+    // A pull of its own would push the column too: no more than a hundredth of the load.
+    const double stiffness = 300.0;
+    for (double angle : {0.0, M_PI}) {
+      if (!held) break;
+      ArmCable cable;
+      cable.name = angle == 0.0 ? "left" : "right";
+      cable.angle_rad = angle;
+      cable.end_m = length;
+      cable.drive = ReeledLength{ConstantSchedule{-0.005 * euler / stiffness}, stiffness, 0.0};
+      robot.arms[0].cables.push_back(cable);
     }
-    ASSERT_TRUE(p.matrix.Factor(p.plant, p.state, p.inputs, p.work, 0.0, 0.0));
-    EXPECT_EQ(p.matrix.DeterminantSign(p.plant), factor < 1 ? 1 : -1) << factor;
+    const StaticsResult result = SolveStatics(Plant(robot), {});
+    ASSERT_TRUE(result.ok) << result.reason;
+    EXPECT_EQ(result.stability.unstable_directions, directions) << factor << held;
   }
 }
 

@@ -203,8 +203,8 @@ TEST(ReissnerShell, StripFoldsTheMantleAt494Pascal) {
     EXPECT_TRUE(result.limit_load_factor.has_value());
     // Located: stable at the last point but one, unstable at the last, and nothing above it; 45 %
     // of the volume lost there.
-    EXPECT_EQ(result.path[result.path.size() - 2].stability, 1);
-    EXPECT_EQ(result.path.back().stability, -1);
+    EXPECT_EQ(result.path[result.path.size() - 2].unstable_directions, 0);
+    EXPECT_EQ(result.path.back().unstable_directions, 1);
     for (const StaticsPoint& p : result.path) {
       EXPECT_LE(p.load_factor, result.limit_load_factor.value_or(0));
     }

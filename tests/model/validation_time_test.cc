@@ -295,7 +295,7 @@ TEST(Simulation, ReportsWhatStoppedItAndLeavesNoNan) {
   const RunResult result = simulation.Run();
   EXPECT_FALSE(result.ok);
   EXPECT_NE(result.reason.find("t = "), std::string::npos) << result.reason;
-  EXPECT_NE(result.reason.find("arm: node"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("arm: element"), std::string::npos) << result.reason;
   EXPECT_LT(result.sim_time_s, 1.0);
   EXPECT_TRUE(simulation.state().velocity.allFinite());
   EXPECT_TRUE(result.last.tips[0].position.allFinite());

@@ -140,6 +140,27 @@ TEST(MantleRun, CheckpointsBelongToTheirScene) {
   EXPECT_FALSE(std::filesystem::exists(folder / "out2"));
 }
 
+TEST(MantleRun, StepsThatLoseTheMotionAreWarnedOfAndFiguresNameTheirScale) {
+  const auto folder = FreshFolder("lost");
+  const std::string steps =
+      " --set time.step=2 --set time.duration=20 --set output.interval=2 --set "
+      "'time.integrator=\"backward_euler\"' --out out";
+  const Outcome outcome = Mantle(folder, "run " + Scene("arm_vibration") + steps);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  EXPECT_EQ(outcome.err.rfind("mantle: warning: arm_vibration: energy_drift = ", 0), 0u)
+      << outcome.err;
+  EXPECT_NE(outcome.err.find("halve time.step = 2 s"), std::string::npos) << outcome.err;
+  const auto summary = ReadJson(folder / "out/summary.json");
+  EXPECT_GT(summary.at("energy_drift"), 0.05);
+  EXPECT_GT(summary.at("energy_drift_scale_j"), 0.0);
+  EXPECT_GT(summary.at("power_balance_scale_w"), 0.0);
+  ASSERT_EQ(summary.at("warnings").size(), 1u);
+  EXPECT_NE(outcome.err.find(summary.at("warnings")[0].get<std::string>()), std::string::npos);
+  for (const char* scale : {" W, energy drift ", " J\n"}) {
+    EXPECT_NE(outcome.out.find(scale), std::string::npos) << outcome.out;
+  }
+}
+
 TEST(MantleRun, ARunThatCannotContinueKeepsWhatItReached) {
   const auto folder = FreshFolder("runaway");
   // An earlier result is neither lost nor taken for this run's.

@@ -169,11 +169,11 @@ TEST(ResultFolder, NoLinkInsideIsFollowed) {
 }
 
 TEST(ResultFolder, AFullDiskEndsTheRunWhenItIsFull) {
-  // A limit of the size of files stands for the disk's: 16 blocks of 512 or 1024 bytes.
+  // A limit of the size of files stands for the disk's: 200 blocks of 512 or 1024 bytes.
   const auto folder = FreshFolder("folder_full");
   Put(folder / "out/summary.json", "{}\n");
   const Outcome outcome = Mantle(
-      folder, "--version >version; ulimit -f 16; " + Program() + " run " + Scene("arm_dynamic") +
+      folder, "--version >version; ulimit -f 200; " + Program() + " run " + Scene("arm_dynamic") +
                   " --set time.duration=1e5 --set output.interval=0.01 --out out");
   EXPECT_EQ(outcome.status, 3) << outcome.err;
   EXPECT_EQ(Lines(outcome.err), 1) << outcome.err;

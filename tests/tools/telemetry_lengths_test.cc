@@ -129,7 +129,8 @@ TEST(TelemetryLengths, TheProgramRefusesALengthBeyondTheMessageAndALogThatIsNoFi
                          "' --channel "
                          "MANTLE_STATUS --csv");
   EXPECT_EQ(lying.status, 2);
-  EXPECT_NE(lying.err.find("1 messages of MANTLE_STATUS, none of its type: a length beyond"),
+  EXPECT_NE(lying.err.find("1 of 1 messages of MANTLE_STATUS are not of its type: a length "
+                           "beyond the message"),
             std::string::npos)
       << lying.err;
   for (const std::string file : {"/dev/zero", "fifo", "."}) {

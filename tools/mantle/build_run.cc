@@ -22,10 +22,11 @@ void DemandTime(const SceneOptions& options, const scene::Scene& scene, const ch
                   options.scene_file, command));
 }
 
-void DemandClampedRoot(const SceneOptions& options, const scene::Scene& scene) {
-  if (std::holds_alternative<model::ClampedRoot>(scene.robot.root)) return;
-  throw scene::BadScene(options.scene_file +
-                        ": robot.root: must be \"clamped\" for `mantle static`");
+void DemandHeldRoot(const SceneOptions& options, const scene::Scene& scene) {
+  if (!std::holds_alternative<model::FreeRoot>(scene.robot.root)) return;
+  throw scene::BadScene(
+      options.scene_file +
+      ": robot.root: must be \"clamped\" or a prescribed motion for `mantle static`");
 }
 
 std::unique_ptr<model::Simulation> BuildFullRun(const SceneOptions& options,
@@ -44,7 +45,7 @@ void DemandRunnable(const SceneOptions& options, const scene::Scene& scene,
   const model::Plant plant = BuildPlant(options, scene);
   const bool clamped = std::holds_alternative<model::ClampedRoot>(scene.robot.root);
   if (!scene.has_time && (clamped || scene.has_statics)) {
-    DemandClampedRoot(options, scene);
+    DemandHeldRoot(options, scene);
     return;
   }
   DemandTime(options, scene, "mantle run");

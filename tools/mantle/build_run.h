@@ -29,8 +29,8 @@ void AddRunChoice(CLI::App* command, RunChoice* choice);
 /// Refuses a scene without [time]; `command` ("mantle run") stands in the message.
 void DemandTime(const SceneOptions& options, const scene::Scene& scene, const char* command);
 
-/// Refuses a root that is not clamped.
-void DemandClampedRoot(const SceneOptions& options, const scene::Scene& scene);
+/// Refuses a root that is free.
+void DemandHeldRoot(const SceneOptions& options, const scene::Scene& scene);
 
 /// The plant at the scene's start.
 std::unique_ptr<model::Simulation> BuildFullRun(const SceneOptions& options,

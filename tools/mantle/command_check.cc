@@ -12,6 +12,7 @@
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
+#include "tools/mantle/static_output.h"
 #include "tools/mantle/summary.h"
 #include "tools/mantle/trajectory.h"
 
@@ -98,6 +99,23 @@ Json LoadNames(const model::Plant& plant) {
   return names;
 }
 
+// Largest inward pressure on the mantle that the scene's schedules ask for over its duration, from
+// a fine raster of it; cables with a given tension count, reels and motors do not.
+double WorkingPressure(const scene::Scene& scene, const model::Plant& plant) {
+  constexpr int kInstants = 2000;
+  model::PlantInputs inputs;
+  double largest = 0;
+  const double duration = scene.has_time ? scene.run.duration_s : 0.0;
+  const double start = scene.has_time ? 0.0 : scene.statics.time_s;
+  for (int i = 0; i <= kInstants; ++i) {
+    EvaluateInputs(plant, start + duration * i / kInstants, false, &inputs);
+    std::vector<double> tensions;
+    for (const model::CableInput& c : inputs.cables) tensions.push_back(c.tension_n);
+    largest = std::max(largest, InwardPressure(plant, inputs, tensions));
+  }
+  return largest;
+}
+
 std::string RootName(const model::RootMotion& root) {
   if (std::holds_alternative<model::FreeRoot>(root)) return "free";
   return std::holds_alternative<model::ClampedRoot>(root) ? "clamped" : "prescribed";
@@ -117,6 +135,14 @@ Json CheckReport(const SceneOptions& options, const scene::Scene& scene,
   j["explicit_step_limit_s"] = scene.run.stepper.integrator == model::Integrator::kRk4
                                    ? Json(model::ExplicitStepLimit(plant))
                                    : Json();
+  j["lobed_buckling"] = Json();
+  j["warnings"] = Json::array();
+  if (plant.shell) {
+    const model::LobedBuckling lobes = model::FindLobedBuckling(*plant.shell);
+    const double working = WorkingPressure(scene, plant);
+    j["lobed_buckling"] = LobedBucklingJson(lobes, working);
+    j["warnings"] = model::LobedBucklingWarnings(lobes, working);
+  }
   if (!scene.has_time) return j;
   const Cost cost = MeasureCost(options, scene, plant);
   j["us_per_step"] = cost.us_per_step;
@@ -148,6 +174,15 @@ void PrintReport(const Json& j, const scene::Scene& scene) {
   Print("  loads     {}\n", Joined(j["loads"]));
   Print("  cables    {}\n", Joined(j["cables"]));
   Print("  unknowns  {}\n", s["unknowns"].get<int>());
+  if (!j["lobed_buckling"].is_null()) {
+    const Json& lobes = j["lobed_buckling"];
+    Print("  lobes     from {:.3g} Pa (ends free) to {:.3g} Pa (ends round), works at {:.3g} Pa\n",
+          lobes["ends_free_pa"].get<double>(), lobes["ends_held_pa"].get<double>(),
+          lobes["working_pa"].get<double>());
+  }
+  for (const auto& warning : j["warnings"]) {
+    Print("  warning   {}\n", warning.get<std::string>());
+  }
   if (scene.has_statics) {
     Print("  statics   {}\n", scene.statics.arc_length
                                   ? "arc length"

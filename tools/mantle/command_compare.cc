@@ -104,6 +104,16 @@ int Compare(const SceneOptions& options) {
     for (const auto& [key, value] : summary.items()) {
       if (key.rfind("reduced_error_", 0) == 0) Print("  {:40} {:.3e}\n", key, value.get<double>());
     }
+    const Json& scales = summary["relative_to"];
+    Print(
+        "  relative to the body length {:.3g} m, the largest speed {:.3g} m/s, the largest "
+        "energy {:.3g} J",
+        scales["length_m"].get<double>(), scales["speed_m_s"].get<double>(),
+        scales["energy_j"].get<double>());
+    if (scales.contains("volume_m3")) {
+      Print(", the largest change of volume {:.3g} mL", 1e6 * scales["volume_m3"].get<double>());
+    }
+    Print("\n");
     Print("  results in {}\n", folder.folder().string());
   }
   return complete ? 0 : kExitCannotContinue;

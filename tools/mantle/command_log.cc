@@ -116,8 +116,8 @@ int PrintTable(const LogOptions& options) {
     ++(DecodeTelemetry(event.channel, event.bytes, printer, &why) ? rows : malformed);
   });
   if (rows == 0 && malformed > 0) {
-    throw BadInput(fmt::format("{}: {} messages of {}, none of its type: {}", options.file,
-                               malformed, options.channel, why));
+    throw BadInput(fmt::format("{}: {} of {} messages of {} are not of its type: {}", options.file,
+                               malformed, malformed, options.channel, why));
   }
   if (rows == 0 && !end.damaged_at_byte) {
     throw BadInput(
@@ -126,8 +126,8 @@ int PrintTable(const LogOptions& options) {
   }
   std::string wrong;
   if (malformed > 0) {
-    wrong =
-        fmt::format("{} messages of {} are not of its type: {}", malformed, options.channel, why);
+    wrong = fmt::format("{} of {} messages of {} are not of its type: {}", malformed,
+                        rows + malformed, options.channel, why);
   }
   if (end.damaged_at_byte) {
     wrong += fmt::format("{}cut short or damaged after event {} (byte {})",

@@ -76,9 +76,12 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
           1e6 * j["volume_m3"]["max"].get<double>());
   }
   if (!j["power_balance_residual"].is_null()) {
-    Print("  power balance residual {:.2e}", j["power_balance_residual"].get<double>());
-    if (!j["energy_drift"].is_null())
-      Print(", energy drift {:.2e}", j["energy_drift"].get<double>());
+    Print("  power balance residual {:.2e} of {:.3g} W", j["power_balance_residual"].get<double>(),
+          j["power_balance_scale_w"].get<double>());
+    if (!j["energy_drift"].is_null()) {
+      Print(", energy drift {:.2e} of {:.3g} J", j["energy_drift"].get<double>(),
+            j["energy_drift_scale_j"].get<double>());
+    }
     Print("\n");
   }
   Print("  results in {}\n", folder.string());
@@ -157,12 +160,11 @@ class RunJob {
   // What it goes on from stays until there is something newer.
   void OpenFolder() {
     constexpr const char* kResumed[] = {"trajectory.csv", "checkpoint"};
-    std::error_code absent;
-    const bool goes_on =
-        !options_.resume.empty() &&
-        std::filesystem::equivalent(options_.resume, PartialOf(out_, "checkpoint"), absent);
-    folder_ = std::make_unique<ResultFolder>(out_, kSceneResults,
-                                             goes_on ? ResultNames(kResumed) : ResultNames());
+    ResultFolder::Kept kept;
+    if (!options_.resume.empty()) {
+      kept = {std::filesystem::absolute(options_.resume).parent_path(), kResumed};
+    }
+    folder_ = std::make_unique<ResultFolder>(out_, kSceneResults, kept);
   }
 
   void StartTrajectory(const std::string& begin) {
@@ -214,7 +216,12 @@ class RunJob {
     } else if (complete) {
       PrintSummary(summary, folder_->folder());
     }
-    if (complete) return 0;
+    if (complete) {
+      for (const std::string& warning : result.warnings) {
+        Complain("warning: {}: {}", scene_.name, warning);
+      }
+      return 0;
+    }
     const bool as_asked = result.ok && !Interrupted();
     return as_asked ? 0 : kExitCannotContinue;
   }

@@ -14,8 +14,9 @@ namespace mantle::tools {
 namespace {
 
 constexpr const char* kHelp =
-    "Equilibrium of a clamped scene under its loads at [statics] time, by load steps or arc "
-    "length.\n"
+    "Equilibrium of a scene whose root is held, under its loads at [statics] time, by load steps "
+    "or "
+    "arc\nlength, and whether it is stable.\n"
     "Writes summary.json, path.csv and shape.csv (docs/outputs.md).\n\n"
     "  mantle static scenes/arm_static.toml --out results/arm\n"
     "  mantle static scenes/mantle_static.toml        # arc length over the fold\n"
@@ -28,6 +29,14 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
   Print("{}: equilibrium at load factor {:.6g}, {} points, {} iterations, residual {:.2e} N\n",
         j["scene"].get<std::string>(), j["load_factor"].get<double>(), j["points"].get<int>(),
         j["iterations"].get<int>(), j["residual_n"].get<double>());
+  if (j["unstable_directions"].get<int>() == 0) {
+    Print("  stable, by {}\n", j["stability_test"] == "inertia"
+                                   ? "the inertia of the stiffness"
+                                   : "the eigenvalues of the linearised motion");
+  }
+  for (const auto& warning : j["warnings"]) {
+    Print("  warning: {}\n", warning.get<std::string>());
+  }
   for (const auto& [name, tip] : j["tips"].items()) {
     const auto t = tip["position_m"].get<std::vector<double>>();
     Print("  tip of {} at ({:.7g}, {:.7g}, {:.7g}) m\n", name, t[0], t[1], t[2]);
@@ -54,7 +63,7 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
 int SolveScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
-  DemandClampedRoot(options, scene);
+  DemandHeldRoot(options, scene);
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   Progress progress(0.0, scene.statics.max_load_factor, "of the load", false);
   const auto begin = std::chrono::steady_clock::now();

@@ -18,6 +18,8 @@ void AddCompareCommand(CLI::App& app, int& exit_status);
 void AddStudyCommand(CLI::App& app, int& exit_status);
 /// `mantle static`: a scene's equilibrium.
 void AddStaticCommand(CLI::App& app, int& exit_status);
+/// `mantle modes`: linearised motions about a shape at rest.
+void AddModesCommand(CLI::App& app, int& exit_status);
 /// `mantle check`: what is active and what it will cost.
 void AddCheckCommand(CLI::App& app, int& exit_status);
 /// `mantle bus`: watches a bus, counts its load, replays logs.

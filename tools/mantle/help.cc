@@ -103,11 +103,14 @@ std::string OptionEntry(const CLI::Option& option) {
 
 std::string Brief(const CLI::App& command) {
   std::string text = command.get_description();
-  text = text.substr(0, text.find("\n\n"));
+  const auto cut = [&text](const char* mark) {
+    text.resize(std::min(text.find(mark), text.size()));
+  };
+  cut("\n\n");
   text = std::regex_replace(text, std::regex("\\s*\n\\s*"), " ");
-  text = text.substr(0, text.find(". "));
+  cut(". ");
   for (const char* mark : {";", " (", ":", ","}) {
-    if (text.size() > kLine) text = text.substr(0, text.find(mark));
+    if (text.size() > kLine) cut(mark);
   }
   while (!text.empty() && (text.back() == '.' || text.back() == ' ')) text.pop_back();
   return text;

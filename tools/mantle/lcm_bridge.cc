@@ -142,6 +142,28 @@ struct Closer {
 };
 using LcmPointer = std::unique_ptr<lcm_t, Closer>;
 
+// liblcm has its own words on standard error for what it refuses.
+class QuietStandardError {
+ public:
+  QuietStandardError() : before_(dup(STDERR_FILENO)) {
+    std::fflush(stderr);
+    const int nothing = open("/dev/null", O_WRONLY | O_CLOEXEC);
+    if (before_ >= 0 && nothing >= 0) dup2(nothing, STDERR_FILENO);
+    if (nothing >= 0) close(nothing);
+  }
+  ~QuietStandardError() {
+    std::fflush(stderr);
+    if (before_ < 0) return;
+    dup2(before_, STDERR_FILENO);
+    close(before_);
+  }
+  QuietStandardError(const QuietStandardError&) = delete;
+  QuietStandardError& operator=(const QuietStandardError&) = delete;
+
+ private:
+  int before_;
+};
+
 // An event's header in a log.
 constexpr std::uint32_t kSyncWord = 0xEDA1DA01;
 constexpr std::size_t kHeader_bytes = 28;
@@ -196,7 +218,10 @@ class Link final : public LcmLink {
     bool known = false;
     for (const std::string_view provider : kProviders) known |= options.url.starts_with(provider);
     if (!known) throw BadInput(fmt::format("--lcm: {}: must be {}", options.url, kLcmUrlHelp));
-    lcm_.reset(lcm_create(options.url.c_str()));
+    {
+      const QuietStandardError quiet;  // we say what is wrong
+      lcm_.reset(lcm_create(options.url.c_str()));
+    }
     bool open = lcm_ != nullptr;
     for (const ChannelDecoder& d : kDecoders) {
       if (!open || !options.receive) break;

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   AddRunCommand(app, exit_status);
   AddCompareCommand(app, exit_status);
   AddStaticCommand(app, exit_status);
+  AddModesCommand(app, exit_status);
   AddCheckCommand(app, exit_status);
   AddBusCommand(app, exit_status);
   AddDrivesCommand(app, exit_status);

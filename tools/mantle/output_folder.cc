@@ -59,7 +59,7 @@ CannotGoOn CannotPublish(const fs::path& from, const fs::path& to, const std::st
 }
 
 fs::path PartialName(const fs::path& folder, bool inside) {
-  return inside ? folder / "run.partial" : fs::path(folder.string() + ".partial");
+  return inside ? folder / "run.partial" : fs::path(fmt::format("{}.partial", folder.string()));
 }
 
 // Removes files of these names; what is no file of these names stays.
@@ -67,13 +67,13 @@ void RemoveResults(const fs::path& folder, ResultNames names, ResultNames kept) 
   std::error_code absent;
   for (const char* name : names) {
     if (!Contains(kept, name)) fs::remove(folder / name, absent);
-    fs::remove(folder / (std::string(name) + ".new"), absent);
+    fs::remove(folder / fmt::format("{}.new", name), absent);
   }
 }
 
 }  // namespace
 
-ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultNames kept)
+ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, const Kept& kept)
     : shown_(WithoutSlash(folder)), folder_(Resolved(folder)), names_(names) {
   std::error_code error;
   if (!folder_.has_filename() || fs::is_symlink(fs::symlink_status(folder_))) {
@@ -85,12 +85,12 @@ ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultName
   inside_ = exists && (IsMountPoint(folder_) || !Writable(folder_.parent_path()));
   if (!inside_ && !Writable(folder_.parent_path())) throw CannotWrite(folder);
   partial_ = PartialName(folder_, inside_);
-  // "." has no name to add to.
-  const bool plain = shown_.filename() != "." && shown_.filename() != "..";
+  // A link's or "."'s own name says nothing of where the folder is.
+  const bool plain = fs::absolute(shown_, error).lexically_normal() == folder_;
   shown_partial_ = plain ? PartialName(shown_, inside_) : partial_;
   lock_ = std::make_unique<FolderLock>(
       inside_ ? folder_ / ".run.lock"
-              : folder_.parent_path() / ("." + folder_.filename().string() + ".lock"),
+              : folder_.parent_path() / fmt::format(".{}.lock", folder_.filename().string()),
       folder);
   const fs::file_status status = fs::symlink_status(partial_);
   if (fs::exists(status) && !fs::is_directory(status)) {
@@ -99,7 +99,8 @@ ResultFolder::ResultFolder(const fs::path& folder, ResultNames names, ResultName
   }
   fs::create_directory(partial_, error);
   if (error || !Writable(partial_)) throw CannotWrite(shown_partial_);
-  RemoveResults(partial_, names_, kept);
+  const bool goes_on = !kept.folder.empty() && fs::equivalent(kept.folder, partial_, error);
+  RemoveResults(partial_, names_, goes_on ? kept.names : ResultNames());
 }
 
 ResultFolder::~ResultFolder() { rmdir(partial_.c_str()); }

@@ -29,19 +29,25 @@ namespace mantle::tools {
 /// Names of the files that a command may leave; the first one is the seal.
 using ResultNames = std::span<const char* const>;
 
-/// Of `mantle run`, `static` and `compare`, and what tools/plot draws of them: a folder holds the
-/// results of one of them.
+/// Of `mantle run`, `static`, `modes` and `compare`, and what tools/plot draws of them: a folder
+/// holds the results of one of them.
 inline constexpr const char* kSceneResults[] = {
     "summary.json", "trajectory.csv", "telemetry.lcmlog", "solver.csv",
     "checkpoint",   "path.csv",       "shape.csv",        "full.csv",
-    "reduced.csv",  "trajectory.png", "control.png"};
+    "reduced.csv",  "shapes.csv",     "trajectory.png",   "control.png"};
 
 class ResultFolder {
  public:
-  /// Locks the folder and empties DIR.partial of earlier results of these names, but for `kept`
-  /// (those that a resumed run goes on from). Makes parents where they are missing. Throws BadInput
-  /// where the folder cannot be written or is another process's.
-  ResultFolder(const std::filesystem::path& folder, ResultNames names, ResultNames kept = {});
+  /// What a resumed run goes on from: these names in `folder`, where that is DIR.partial.
+  struct Kept {
+    std::filesystem::path folder;
+    ResultNames names;
+  };
+
+  /// Locks the folder and empties DIR.partial of earlier results of these names, but for `kept`.
+  /// Makes parents where they are missing. Throws BadInput where the folder cannot be written or is
+  /// another process's.
+  ResultFolder(const std::filesystem::path& folder, ResultNames names, const Kept& kept = {});
   /// Leaves DIR.partial, unless it is empty.
   ~ResultFolder();
   ResultFolder(const ResultFolder&) = delete;

@@ -104,8 +104,9 @@ int RunReducedScene(const SceneOptions& options) {
                              result.sim_time_s, complete, reason});
   summary["model"] = "reduced";
   summary["reduced"] = ReductionSummary(scene, *model);
-  for (const char* key : {"power_balance_residual", "energy_drift", "work_j", "dissipated_j",
-                          "energetic_index", "factorisations", "evaluations"}) {
+  for (const char* key :
+       {"power_balance_residual", "power_balance_scale_w", "energy_drift", "energy_drift_scale_j",
+        "work_j", "dissipated_j", "energetic_index", "factorisations", "evaluations"}) {
     if (summary.contains(key)) summary[key] = nullptr;
   }
   trajectory.Close();
@@ -169,6 +170,8 @@ Json ReducedErrors(const model::Plant& plant, const std::vector<Sample>& full,
   add("heading_rad", heading);
   add("speed", speed);
   add("energy", energy);
+  j["relative_to"] = {{"length_m", length}, {"speed_m_s", fastest}, {"energy_j", peak}};
+  if (plant.shell) j["relative_to"]["volume_m3"] = change;
   if (!plant.rods.empty()) add("tip", tip);
   if (plant.shell) add("volume", volume);
   return j;

@@ -6,6 +6,7 @@
 
 #include "mantle/version.h"
 #include "model/schedule.h"
+#include "model/static_problem.h"
 #include "tools/mantle/trajectory.h"
 
 namespace mantle::tools {
@@ -55,6 +56,31 @@ Json LoadsJson(const Plant& plant, const StaticsResult& r, double t) {
   return loads;
 }
 
+// What a reader must know about an equilibrium before believing it.
+std::vector<std::string> StabilityWarnings(const StaticsResult& r) {
+  std::vector<std::string> warnings;
+  const model::Stability& s = r.stability;
+  if (s.unstable_directions > 0 && s.test == model::StabilityTest::kInertia) {
+    warnings.push_back(fmt::format(
+        "unstable in {} direction{}: the robot does not stay in this shape; statics.branch = "
+        "\"stable\", or a small load to the side, leads to one in which it does",
+        s.unstable_directions, s.unstable_directions == 1 ? "" : "s"));
+  } else if (s.unstable_directions > 0) {
+    warnings.push_back(fmt::format(
+        "unstable: a motion {} at {:.3g} 1/s; `mantle run` shows where it leads",
+        s.frequency_hz > 0 ? fmt::format("of {:.3g} Hz grows", s.frequency_hz) : "grows",
+        s.growth_rate_1_s));
+  } else if (s.unstable_directions < 0) {
+    warnings.push_back("stability could not be told: the linearised motion did not converge");
+  }
+  for (const double load : r.bifurcation_load_factors) {
+    warnings.push_back(fmt::format(
+        "the number of unstable directions changes at load factor {:.6g} (bifurcation{})", load,
+        s.test == model::StabilityTest::kInertia ? "" : ", or onset of flutter"));
+  }
+  return warnings;
+}
+
 template <typename... Values>
 void AppendRow(std::string* text, const Values&... values) {
   const char* separator = "";
@@ -63,6 +89,13 @@ void AppendRow(std::string* text, const Values&... values) {
 }
 
 }  // namespace
+
+Json LobedBucklingJson(const model::LobedBuckling& lobes, double working_pa) {
+  return {{"working_pa", working_pa},
+          {"ends_free_pa", lobes.free_pa},
+          {"ends_held_pa", lobes.held_pa},
+          {"lobes", lobes.held_lobes}};
+}
 
 Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsResult& r,
                    double wall_time_s, const std::vector<std::string>& overrides) {
@@ -87,33 +120,63 @@ Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsR
     j["cables"][cables[c]] = {{"length_m", r.cable_length_m[c]},
                               {"tension_n", r.cable_tension_n[c]}};
   }
+  j["unstable_directions"] = r.stability.unstable_directions;
+  j["stability_test"] = model::ToString(r.stability.test);
+  j["loads_without_potential"] = r.without_potential;
+  j["growth_rate_1_s"] = r.stability.test == model::StabilityTest::kInertia
+                             ? Json()
+                             : Json(r.stability.growth_rate_1_s);
+  j["bifurcation_load_factors"] = r.bifurcation_load_factors;
+  const model::StaticProblem problem(plant, scene.statics.time_s);
+  model::PlantInputs inputs;
+  problem.Scale(r.load_factor, &inputs);
+  model::PlantWork work(plant);
+  model::EvaluateForces(plant, r.state, inputs, &work);
+  const model::LargestStrain strain = model::FindLargestStrain(plant, work);
+  std::vector<std::string> warnings = StabilityWarnings(r);
+  for (auto& w : model::StrainWarnings(strain)) warnings.push_back(w);
+  j["largest_strain"] =
+      strain.body.empty()
+          ? Json()
+          : Json{{"value", strain.value}, {"body", strain.body}, {"arc_length_m", strain.x_m}};
+  j["lobed_buckling"] = Json();
+  if (plant.shell) {
+    const model::LobedBuckling lobes = model::FindLobedBuckling(*plant.shell);
+    const double working = model::InwardPressure(plant, inputs, r.cable_tension_n);
+    j["lobed_buckling"] = LobedBucklingJson(lobes, working);
+    for (auto& w : model::LobedBucklingWarnings(lobes, working)) warnings.push_back(w);
+  }
+  j["warnings"] = warnings;
   j["volume_m3"] = plant.shell ? Json{{"initial", plant.shell->rest_volume_m3},
                                       {"final", model::ShellVolume(r.state.shape)}}
                                : Json();
   j["residual_n"] = r.residual_n;
+  j["internal_force_n"] = r.internal_force_n;
   j["iterations"] = r.iterations;
   j["points"] = r.path.size();
   Json elements = Json::object();
   for (const model::Rod& rod : plant.rods) elements[rod.name] = rod.element_count();
   if (plant.shell) elements[plant.shell->name] = plant.shell->element_count();
-  j["settings"] = {{"elements", elements},
-                   {"effects", EffectNames(plant.robot.effects)},
-                   {"arc_length", scene.statics.arc_length},
-                   {"load_steps", scene.statics.load_steps},
-                   {"tolerance", scene.statics.tolerance}};
+  j["settings"] = {
+      {"elements", elements},
+      {"effects", EffectNames(plant.robot.effects)},
+      {"arc_length", scene.statics.arc_length},
+      {"branch", scene.statics.branch == model::StaticBranch::kStable ? "stable" : "primary"},
+      {"load_steps", scene.statics.load_steps},
+      {"tolerance", scene.statics.tolerance}};
   j["overrides"] = overrides;
   return j;
 }
 
 std::string StaticPathCsv(const Plant& plant, const StaticsResult& result) {
-  std::string text = "load_factor,stability";
+  std::string text = "load_factor,unstable_directions";
   if (plant.shell) text += ",volume_m3";
   for (const model::Rod& rod : plant.rods) {
     for (const char* axis : {"x", "y", "z"}) text += fmt::format(",{}_tip_{}_m", rod.name, axis);
   }
   text += '\n';
   for (const model::StaticsPoint& p : result.path) {
-    text += fmt::format("{},{}", p.load_factor, p.stability);
+    text += fmt::format("{},{}", p.load_factor, p.unstable_directions);
     if (plant.shell) text += fmt::format(",{}", p.volume_m3);
     for (const model::Vector3& tip : p.tips_m) {
       text += fmt::format(",{},{},{}", tip.x(), tip.y(), tip.z());

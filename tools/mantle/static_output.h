@@ -4,6 +4,7 @@
 
 #include "loop/scene/scene.h"
 #include "model/statics.h"
+#include "model/validity.h"
 #include "tools/mantle/summary.h"
 
 /// Outputs of `mantle static` (docs/outputs.md).
@@ -16,7 +17,10 @@ Json StaticSummary(const scene::Scene& scene, const model::Plant& plant,
                    const model::StaticsResult& result, double wall_time_s,
                    const std::vector<std::string>& overrides);
 
-/// path.csv: load_factor, stability, volume, tips, one row per converged point.
+/// Pressures of lobed buckling beside the working pressure [Pa].
+Json LobedBucklingJson(const model::LobedBuckling& lobes, double working_pa);
+
+/// path.csv: load_factor, unstable_directions, volume, tips, one row per converged point.
 std::string StaticPathCsv(const model::Plant& plant, const model::StaticsResult& result);
 
 /// shape.csv: every node of every body at the last equilibrium.

@@ -168,7 +168,11 @@ Json RunSummary(const RunReport& report) {
   j["evaluations"] = r.counters.evaluations;
   const bool accounted = report.scene->run.account_energy;
   j["power_balance_residual"] = r.balance_defined ? Json(r.power_balance_residual) : Json();
+  j["power_balance_scale_w"] = r.balance_defined ? Json(r.power_balance_scale_w) : Json();
   j["energy_drift"] = r.balance_defined && accounted ? Json(r.energy_drift) : Json();
+  j["energy_drift_scale_j"] =
+      r.balance_defined && accounted ? Json(r.energy_drift_scale_j) : Json();
+  j["warnings"] = r.warnings;
   j["final"] = FinalJson(plant, r.last);
   j["volume_m3"] = plant.shell ? Json{{"initial", report.volume.initial_m3},
                                       {"final", r.last.volume_m3},
