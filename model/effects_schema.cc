@@ -46,12 +46,13 @@ static void Describe(Visitor& v, RigidDrag& drag) {
 }
 
 static void Describe(Visitor& v, MagneticField& m) {
-  v.Vector(Required({"field", "uniform, world frame [T]"}), Quantity::kNumber, kAnyValue,
-           &m.field_t);
-  v.Vector({"root_moment", "of the root, its frame [A m^2]"}, Quantity::kNumber, kAnyValue,
-           &m.root_moment_a_m2);
-  v.Vector({"arm_moment", "per length of every arm, section frame [A m]"}, Quantity::kNumber,
-           kAnyValue, &m.arm_moment_a_m);
+  v.Vector(Required({.name = "field", .meaning = "uniform, world frame", .unit = "T"}),
+           Quantity::kNumber, kAnyValue, &m.field_t);
+  v.Vector({.name = "root_moment", .meaning = "of the root, its frame", .unit = "A m^2"},
+           Quantity::kNumber, kAnyValue, &m.root_moment_a_m2);
+  v.Vector(
+      {.name = "arm_moment", .meaning = "per length of every arm, section frame", .unit = "A m"},
+      Quantity::kNumber, kAnyValue, &m.arm_moment_a_m);
 }
 
 void Describe(Visitor& v, Effects& e) {

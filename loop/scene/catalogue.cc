@@ -128,7 +128,9 @@ class Cataloguer final : public schema::Visitor {
       const std::size_t at = keys_->entries.size();
       alternative.visit();
       keys_->rivals.back().keys.emplace_back(alternative.key);
-      keys_->entries.at(at).presence = Presence::kOptional;
+      Entry& entry = keys_->entries.at(at);
+      entry.presence = Presence::kOptional;
+      entry.value.reset();
     }
   }
 

@@ -63,8 +63,7 @@ std::string ReadTextFile(const std::filesystem::path& file) {
   try {
     return ReadRegularFile(file, kLargestFile_bytes);
   } catch (const UnreadableFile& error) {
-    throw BadScene(
-        fmt::format("{}: cannot be read: {}", Printable(file.string()), error.what()));
+    throw BadScene(fmt::format("{}: cannot be read: {}", Printable(file.string()), error.what()));
   }
 }
 

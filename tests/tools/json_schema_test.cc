@@ -54,7 +54,7 @@ class Validator {
                            const Json& value, const std::string& path) const {
     const auto need = [&](bool ok) { return ok ? "" : path + ": " + keyword; };
     if (keyword == "$schema" || keyword == "title" || keyword == "description" ||
-        keyword == "default" || keyword == "$defs") {
+        keyword == "default" || keyword == "$defs" || keyword == "then") {
       return "";
     }
     if (keyword == "type") return need(IsType(value, rule));
@@ -68,6 +68,9 @@ class Validator {
     if (keyword == "pattern") {
       return need(!value.is_string() ||
                   std::regex_search(value.get<std::string>(), std::regex(rule.get<std::string>())));
+    }
+    if (keyword == "if") {
+      return Check(rule, value, path).empty() ? Check(schema["then"], value, path) : "";
     }
     if (keyword == "$ref") {
       return Check(root_["$defs"].at(rule.get<std::string>().substr(8)), value, path);
@@ -183,6 +186,7 @@ TEST(JsonSchema, WrongKeysTypesUnitsAndBoundsAreNot) {
   EXPECT_EQ(Violation(arm + " }]\n"), "");
   EXPECT_EQ(Violation("[time]\nduration = 1\nstepp = 1\n"), "scene.time.stepp: unknown key");
   EXPECT_EQ(Violation("[time]\nstep = 1\n"), "scene.time: required");
+  EXPECT_EQ(Violation("extends = \"a.toml\"\n[time]\nstep = 1\n"), "") << "merged over a's";
   EXPECT_EQ(Violation("[time]\nduration = \"1 m\"\n"), "scene.time.duration: anyOf");
   EXPECT_EQ(Violation("[time]\nduration = \"1 ms\"\n"), "");
   EXPECT_EQ(Violation("[time]\nduration = -1\n"), "scene.time.duration: anyOf");
@@ -200,7 +204,7 @@ TEST(JsonSchema, WrongKeysTypesUnitsAndBoundsAreNot) {
   EXPECT_EQ(Violation(arm + ", mount = { axis = [1, 0, 0], rotation = [0, 0, 0] } }]\n"),
             "scene.arms[0].mount: allOf");
   EXPECT_EQ(Violation("[control.goal]\ntype = \"circle\"\nspeed = 1\n"),
-            "scene.control.goal: oneOf")
+            "scene.control.goal: anyOf")
       << "a speed is of a cruise or a path";
   EXPECT_EQ(Violation("[control.goal]\nspeed = 1\n"), "") << "a cruise";
 }

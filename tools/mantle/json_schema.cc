@@ -59,13 +59,17 @@ Json ArraySchema(Json items, int low, int high) {
   return j;
 }
 
-Json TableSchema(const Keys& keys);
+/// Whether a table must hold what a scene needs. One that a scene merges over that of the scene it
+/// extends need not; elements of arrays and tables that stand in several places must.
+enum class Need { kAll, kNothing };
 
-Json Reference(const Entry& e) {
-  return e.type.empty() ? TableSchema(e.keys) : Json{{"$ref", "#/$defs/" + e.type}};
+Json TableSchema(const Keys& keys, Need need);
+
+Json Reference(const Entry& e, Need need) {
+  return e.type.empty() ? TableSchema(e.keys, need) : Json{{"$ref", "#/$defs/" + e.type}};
 }
 
-Json ValueSchema(const Entry& e) {
+Json ValueSchema(const Entry& e, Need need) {
   switch (e.kind) {
     case Kind::kNumber:
       return NumberSchema(e);
@@ -86,22 +90,22 @@ Json ValueSchema(const Entry& e) {
     case Kind::kChoice:
       return {{"enum", e.choices}};
     case Kind::kTable:
-      return Reference(e);
+      return Reference(e, need);
     case Kind::kTables:
-      return ArraySchema(Reference(e), 0, -1);
+      return ArraySchema(Reference(e, Need::kAll), 0, -1);
     case Kind::kNamedTables:
-      return {{"type", "object"}, {"additionalProperties", Reference(e)}};
+      return {{"type", "object"}, {"additionalProperties", Reference(e, need)}};
     case Kind::kTableOrName:
-      return {{"anyOf", {Json{{"type", "string"}}, Reference(e)}}};
+      return {{"anyOf", {Json{{"type", "string"}}, Reference(e, need)}}};
     case Kind::kSwitch:
-      return {{"anyOf", {Json{{"type", "boolean"}}, Reference(e)}}};
+      return {{"anyOf", {Json{{"type", "boolean"}}, Reference(e, need)}}};
   }
   return {};
 }
 
-Json EntrySchema(const Entry& e) {
-  Json j = ValueSchema(e);
-  for (const Entry& other : e.otherwise) j = {{"anyOf", {j, ValueSchema(other)}}};
+Json EntrySchema(const Entry& e, Need need) {
+  Json j = ValueSchema(e, need);
+  for (const Entry& other : e.otherwise) j = {{"anyOf", {j, ValueSchema(other, need)}}};
   if (!e.meaning.empty()) j["description"] = e.meaning;
   if (e.value && e.fallback.empty()) {
     switch (e.value->kind) {
@@ -125,11 +129,11 @@ Json EntrySchema(const Entry& e) {
 }
 
 // Of one case of a table, or of a table without cases where `only` is empty.
-Json CaseSchema(const Keys& keys, const std::string& only) {
+Json CaseSchema(const Keys& keys, const std::string& only, Need need) {
   Json properties = Json::object(), required = Json::array();
   for (const Entry& e : keys.entries) {
     if (!e.only.empty() && e.only != only) continue;
-    Json j = EntrySchema(e);
+    Json j = EntrySchema(e, need);
     const bool chosen = e.is_case && !only.empty();
     if (chosen) j = {{"const", only}};
     properties[e.name] = std::move(j);
@@ -139,32 +143,34 @@ Json CaseSchema(const Keys& keys, const std::string& only) {
     }
   }
   Json j{{"type", "object"}, {"properties", properties}, {"additionalProperties", false}};
-  if (!required.empty()) j["required"] = required;
+  if (!required.empty() && need == Need::kAll) j["required"] = required;
   return j;
 }
 
-void AddRivals(const Keys& keys, Json* j) {
+void AddRivals(const Keys& keys, Need need, Json* j) {
   for (const scene::Rivals& rivals : keys.rivals) {
     Json one = Json::array(), any = Json::array();
     for (const std::string& key : rivals.keys) {
       one.push_back({{"required", {key}}});
       any.push_back({{"required", {key}}});
     }
-    if (rivals.none) one.push_back({{"not", {{"anyOf", any}}}});
+    if (rivals.none || need == Need::kNothing) one.push_back({{"not", {{"anyOf", any}}}});
     (*j)["allOf"].push_back({{"oneOf", one}});
   }
 }
 
-Json TableSchema(const Keys& keys) {
+Json TableSchema(const Keys& keys, Need need) {
   const auto tag = std::find_if(keys.entries.begin(), keys.entries.end(),
                                 [](const Entry& e) { return e.is_case; });
   Json j;
   if (tag == keys.entries.end()) {
-    j = CaseSchema(keys, "");
+    j = CaseSchema(keys, "", need);
   } else {
-    for (const std::string& only : tag->choices) j["oneOf"].push_back(CaseSchema(keys, only));
+    for (const std::string& only : tag->choices) {
+      j["anyOf"].push_back(CaseSchema(keys, only, need));
+    }
   }
-  AddRivals(keys, &j);
+  AddRivals(keys, need, &j);
   return j;
 }
 
@@ -172,8 +178,13 @@ Json TableSchema(const Keys& keys) {
 
 Json JsonSchema(const scene::Catalogue& catalogue) {
   Json j{{"$schema", "https://json-schema.org/draft/2020-12/schema"}, {"title", "Mantle scene"}};
-  j.update(TableSchema(catalogue.scene));
-  for (const auto& [type, keys] : catalogue.types) j["$defs"][type] = TableSchema(keys);
+  j.update(TableSchema(catalogue.scene, Need::kNothing));
+  j["if"] = {{"not", {{"required", {"extends"}}}}};
+  j["then"] = {{"$ref", "#/$defs/scene"}};
+  j["$defs"]["scene"] = TableSchema(catalogue.scene, Need::kAll);
+  for (const auto& [type, keys] : catalogue.types) {
+    j["$defs"][type] = TableSchema(keys, Need::kAll);
+  }
   return j;
 }
 

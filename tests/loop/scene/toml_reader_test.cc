@@ -177,7 +177,7 @@ TEST(TomlReader, FilesThatAreNoTextsAreRefusedAtOnce) {
     }
     return "";
   };
-  EXPECT_EQ(message("/dev/zero"), "/dev/zero: cannot be read: is not a readable file");
+  EXPECT_EQ(message("/dev/zero"), "/dev/zero: cannot be read: is no regular file");
   EXPECT_EQ(message("/nowhere/a.toml"), "/nowhere/a.toml: cannot be read: no such file");
   EXPECT_NE(message(folder), "");
   std::ofstream(folder / "empty.toml");
