@@ -89,8 +89,8 @@ Json LoadNames(const model::Plant& plant) {
   return names;
 }
 
-// Largest inward pressure on the mantle that the scene's schedules ask for over its duration, from a
-// fine raster of it; cables with a given tension count, reels and motors do not.
+// Largest inward pressure on the mantle that the scene's schedules ask for over its duration, from
+// a fine raster of it; cables with a given tension count, reels and motors do not.
 double WorkingPressure(const model::Scene& scene, const model::Plant& plant) {
   constexpr int kInstants = 2000;
   model::PlantInputs inputs;
@@ -166,9 +166,10 @@ void PrintReport(const Json& j, const model::Scene& scene) {
   fmt::print("  unknowns  {}\n", s["unknowns"].get<int>());
   if (!j["lobed_buckling"].is_null()) {
     const Json& lobes = j["lobed_buckling"];
-    fmt::print("  lobes     from {:.3g} Pa (ends free) to {:.3g} Pa (ends round), works at {:.3g} Pa\n",
-               lobes["ends_free_pa"].get<double>(), lobes["ends_held_pa"].get<double>(),
-               lobes["working_pa"].get<double>());
+    fmt::print(
+        "  lobes     from {:.3g} Pa (ends free) to {:.3g} Pa (ends round), works at {:.3g} Pa\n",
+        lobes["ends_free_pa"].get<double>(), lobes["ends_held_pa"].get<double>(),
+        lobes["working_pa"].get<double>());
   }
   for (const auto& warning : j["warnings"]) {
     fmt::print("  warning   {}\n", warning.get<std::string>());

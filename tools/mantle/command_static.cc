@@ -12,7 +12,8 @@ namespace mantle::tools {
 namespace {
 
 constexpr const char* kHelp =
-    "Equilibrium of a scene whose root is held, under its loads at [statics] time, by load steps or "
+    "Equilibrium of a scene whose root is held, under its loads at [statics] time, by load steps "
+    "or "
     "arc\nlength, and whether it is stable.\n"
     "Writes summary.json, path.csv and shape.csv (docs/outputs.md).\n\n"
     "  mantle static scenes/arm_static.toml --out results/arm\n"
