@@ -20,8 +20,10 @@ TEST(LobedBuckling, OfALongTubeIsTheRings) {
   EXPECT_NEAR(lobes.held_pa, 9.3, 0.1);
   EXPECT_EQ(lobes.held_lobes, 3);
   Mantle tube = tests::PaperMantle();
-  tube.pieces = {{0.044, -1.0 / tests::kMantleRadius}, {50.0, 0.0}};
-  tube.elements = 200;
+  tube.r0_m = tests::kMantleRadius;
+  tube.theta0_rad = -M_PI / 2;
+  tube.pieces = {{50.0, 0.0}};
+  tube.stations_m.clear();
   const LobedBuckling longer = FindLobedBuckling(MakeShell(tube, Water{}, Effects{}));
   EXPECT_NEAR(longer.held_pa, longer.free_pa, 1e-3 * longer.free_pa);
   EXPECT_EQ(longer.held_lobes, 2);

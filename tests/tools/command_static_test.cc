@@ -55,7 +55,8 @@ void ExpectTip(const nlohmann::json& summary, const std::string& arm, double x, 
   EXPECT_NEAR(tip[2], z, tolerance) << arm;
 }
 
-// The reference values below are of independent programs with their own meshes: h^2 of the elements.
+// The reference values below are of independent programs with their own meshes: h^2 of the
+// elements.
 constexpr double kCaseMesh = 1e-4;
 
 TEST(MantleStatic, ACurrentBendsARodAsItDoesInTime) {
@@ -72,8 +73,7 @@ TEST(MantleStatic, ACurrentBendsARodAsItDoesInTime) {
 TEST(MantleStatic, AColumnGoesToItsStableBranchOrSaysThatItIsUnstable) {
   const auto folder = FreshFolder("column");
   for (const char* more : {"", " --set statics.arc_length=true"}) {
-    const Outcome outcome =
-        Mantle(folder, "static " + Case("column") + " --out out --json" + more);
+    const Outcome outcome = Mantle(folder, "static " + Case("column") + " --out out --json" + more);
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const auto summary = nlohmann::json::parse(outcome.out);
     ExpectTip(summary, "bar", 0.15559, 2.38226, 0.0, 3e-4);  // 60 elements
@@ -81,8 +81,9 @@ TEST(MantleStatic, AColumnGoesToItsStableBranchOrSaysThatItIsUnstable) {
     EXPECT_EQ(summary["load_factor"], 1.0);
     EXPECT_TRUE(summary["warnings"].empty()) << summary["warnings"];
   }
-  const Outcome straight = Mantle(
-      folder, "static " + Case("column") + " --out out --json --set arms.bar.points.side.schedule=0");
+  const Outcome straight =
+      Mantle(folder, "static " + Case("column") +
+                         " --out out --json --set arms.bar.points.side.schedule=0");
   ASSERT_EQ(straight.status, 0) << straight.err;
   const auto summary = nlohmann::json::parse(straight.out);
   ExpectTip(summary, "bar", 3.0 * (1.0 - 980665 / 2.1e9), 0.0, 0.0, 1e-6);
@@ -95,16 +96,15 @@ TEST(MantleStatic, AColumnGoesToItsStableBranchOrSaysThatItIsUnstable) {
 
 TEST(MantleStatic, StiffRodsAndHelicesTakeFewIterations) {
   const auto folder = FreshFolder("stiff");
-  const Outcome wire =
-      Mantle(folder, "static " + Case("inextensible_wire") + " --out out --json");
+  const Outcome wire = Mantle(folder, "static " + Case("inextensible_wire") + " --out out --json");
   ASSERT_EQ(wire.status, 0) << wire.err;
   ExpectTip(nlohmann::json::parse(wire.out), "wire", 0.445014, 0.810609, 0.0, kCaseMesh);
   EXPECT_LT(nlohmann::json::parse(wire.out)["iterations"].get<int>(), 200);
   for (const auto& [elements, mesh] :
        {std::pair{20, 40 * kCaseMesh}, {40, 10 * kCaseMesh}, {100, 2 * kCaseMesh}}) {
-    const Outcome helix = Mantle(folder, "static " + Case("helix_by_couple") +
-                                             " --out out --json --set arms.rod.elements=" +
-                                             std::to_string(elements));
+    const Outcome helix =
+        Mantle(folder, "static " + Case("helix_by_couple") +
+                           " --out out --json --set arms.rod.elements=" + std::to_string(elements));
     ASSERT_EQ(helix.status, 0) << helix.err;
     const auto summary = nlohmann::json::parse(helix.out);
     ExpectTip(summary, "rod", 0.202425, -0.346598, 0.038615, mesh);
