@@ -19,11 +19,11 @@ RunCheckpoint Sample() {
       kFingerprint, 9, scene::Hash("time_s\n0\n"), {0.1, 0.09, 0.12, true}, "rod 3\n0.25 1e-3\n"};
 }
 
-bool IsRefused(const fs::path& file) {
+bool IsRefused(const std::string& text) {
   try {
-    ReadCheckpoint(file, kFingerprint);
+    ParseCheckpoint(text, "the/checkpoint", kFingerprint);
   } catch (const BadInput& error) {
-    EXPECT_NE(std::string(error.what()).find(file.string()), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("the/checkpoint"), std::string::npos);
     return true;
   }
   return false;
@@ -42,22 +42,17 @@ TEST(RunCheckpoint, IsReadBackAsItWasWritten) {
 }
 
 TEST(RunCheckpoint, EveryChangedByteEveryTruncationAndEveryAddedByteIsRefused) {
-  const fs::path file = FreshFolder("checkpoint_damage") / "checkpoint";
   const std::string whole = CheckpointText(Sample());
-  const auto refused = [&](const std::string& text) {
-    std::ofstream(file, std::ios::binary | std::ios::trunc) << text;
-    return IsRefused(file);
-  };
-  ASSERT_FALSE(refused(whole));
+  ASSERT_FALSE(IsRefused(whole));
   for (std::size_t at = 0; at < whole.size(); ++at) {
     for (int flip = 1; flip < 256; ++flip) {
       std::string text = whole;
       text[at] = static_cast<char>(text[at] ^ flip);
-      ASSERT_TRUE(refused(text)) << "byte " << at << " xor " << flip;
+      ASSERT_TRUE(IsRefused(text)) << "byte " << at << " xor " << flip;
     }
-    ASSERT_TRUE(refused(whole.substr(0, at))) << "cut to " << at << " bytes";
-    ASSERT_TRUE(refused(std::string(whole).insert(at, 1, '0'))) << "a byte more at " << at;
-    ASSERT_TRUE(refused(std::string(whole).erase(at, 1))) << "a byte less at " << at;
+    ASSERT_TRUE(IsRefused(whole.substr(0, at))) << "cut to " << at << " bytes";
+    ASSERT_TRUE(IsRefused(std::string(whole).insert(at, 1, '0'))) << "a byte more at " << at;
+    ASSERT_TRUE(IsRefused(std::string(whole).erase(at, 1))) << "a byte less at " << at;
   }
 }
 

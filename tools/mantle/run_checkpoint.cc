@@ -48,7 +48,11 @@ std::string CheckpointText(const RunCheckpoint& c) {
 }
 
 RunCheckpoint ReadCheckpoint(const std::filesystem::path& file, std::uint64_t fingerprint) {
-  const std::string text = ReadWhole(file);
+  return ParseCheckpoint(ReadWhole(file), file, fingerprint);
+}
+
+RunCheckpoint ParseCheckpoint(const std::string& text, const std::filesystem::path& file,
+                              std::uint64_t fingerprint) {
   if (!text.starts_with(kMagic)) throw BadCheckpoint(file, "is not a checkpoint, or damaged");
   const std::size_t line_end = std::min(text.find('\n'), text.size() - 1) + 1;
   const std::string line = text.substr(0, line_end), body = text.substr(line_end);

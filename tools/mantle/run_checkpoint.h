@@ -29,8 +29,12 @@ struct RunCheckpoint {
 
 std::string CheckpointText(const RunCheckpoint& checkpoint);
 
-/// Throws BadInput where the file is missing, damaged, of another scene or of another version of
-/// the program.
+/// Throws BadInput, which names `file`, where the text is damaged, of another scene or of another
+/// version of the program.
+RunCheckpoint ParseCheckpoint(const std::string& text, const std::filesystem::path& file,
+                              std::uint64_t fingerprint);
+
+/// The same from a file. Throws BadInput also where it cannot be read.
 RunCheckpoint ReadCheckpoint(const std::filesystem::path& file, std::uint64_t fingerprint);
 
 /// What the trajectory beside the checkpoint held when it was made. Throws BadInput where it is not
