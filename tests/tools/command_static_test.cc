@@ -44,7 +44,7 @@ TEST(MantleStatic, MantleFoldIsReportedInPascal) {
 }
 
 std::string Case(const std::string& name) {
-  return "'" MANTLE_SOURCE_DIR "/tests/tools/static_cases/" + name + ".toml'";
+  return "'" + tests::SourcePath("tests/tools/static_cases/") + name + ".toml'";
 }
 
 void ExpectTip(const nlohmann::json& summary, const std::string& arm, double x, double y, double z,
