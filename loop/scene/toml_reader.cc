@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <sstream>
 
 #include "loop/scene/regular_file.h"
 #include "loop/scene/text.h"

@@ -127,7 +127,7 @@ TEST(MantleStatic, ArcLengthThatDoesNotArriveIsIncomplete) {
                          " --out out --set statics.arc_length=true --set statics.max_points=5");
   EXPECT_EQ(outcome.status, 3);
   EXPECT_NE(outcome.err.find("max_points"), std::string::npos) << outcome.err;
-  EXPECT_EQ(ReadJson(folder / "out/summary.json.partial")["complete"], false);
+  EXPECT_EQ(ReadJson(folder / "out.partial/summary.json")["complete"], false);
 }
 
 TEST(MantleStatic, TheMantlesWorkingPressureStandsBesideLobedBuckling) {
