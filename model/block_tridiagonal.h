@@ -19,8 +19,9 @@ namespace mantle::model {
 inline Eigen::Matrix3d InvertBlock(const Eigen::Matrix3d& a) { return a.inverse(); }
 Eigen::Matrix<double, 6, 6> InvertBlock(const Eigen::Matrix<double, 6, 6>& a);
 
-/// Negative eigenvalues of the symmetric part of a pivot, scaled to a unit diagonal. Within kNeutral
-/// of zero counts as zero: what Newton's tolerance leaves of a direction without stiffness.
+/// Negative eigenvalues of the symmetric part of a pivot, scaled to a unit diagonal. Within
+/// kNeutral of zero counts as zero: what Newton's tolerance leaves of a direction without
+/// stiffness.
 template <int B>
 int NegativeEigenvaluesOf(const Eigen::Matrix<double, B, B>& pivot) {
   constexpr double kNeutral = 1e-9;

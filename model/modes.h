@@ -12,7 +12,7 @@ namespace mantle::model {
 
 struct Mode {
   double angular_frequency_rad_s;  ///< 0 where the state is unstable in this mode
-  VectorX shape;  ///< laid out as v, mass-normalised; sign: largest entry positive
+  VectorX shape;                   ///< laid out as v, mass-normalised; sign: largest entry positive
   double growth_rate_1_s{0};       ///< of an unstable one: x grows as exp(growth t)
 };
 

@@ -144,7 +144,8 @@ bool FromSpace(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& h, int m, bo
   const double largest = values.cwiseAbs().maxCoeff();
   std::vector<int> order;
   for (int k = 0; k < m; ++k) {
-    // mu = 1 / (lambda - shift), Im mu <= 0 where Im lambda >= 0; tiny ones are what a space larger than the problem adds.
+    // mu = 1 / (lambda - shift), Im mu <= 0 where Im lambda >= 0; tiny ones are what a space larger
+    // than the problem adds.
     if (values(k).imag() <= 0.0 && std::abs(values(k)) > 1e-13 * largest) order.push_back(k);
   }
   std::sort(order.begin(), order.end(),

@@ -34,10 +34,10 @@ class NewtonMatrix {
               const PlantWork& work, double s, double chart);
 
   /// The complete matrix about a state that rests in the earth: motions zeta exp(s t) about it have
-  /// d eta = (s + ad_eta) zeta, where eta is what the frame that drifts with a current sees of a body
-  /// at rest (zero without one). s = 0 is the tangent of statics; s > 0 that of the linearised motion
-  /// (model/motion_modes.h). A clamped or prescribed root is held, and arms are then solved for in
-  /// their strains (model/strain_chain.h). Returns false if a pivot is singular.
+  /// d eta = (s + ad_eta) zeta, where eta is what the frame that drifts with a current sees of a
+  /// body at rest (zero without one). s = 0 is the tangent of statics; s > 0 that of the linearised
+  /// motion (model/motion_modes.h). A clamped or prescribed root is held, and arms are then solved
+  /// for in their strains (model/strain_chain.h). Returns false if a pivot is singular.
   bool FactorAtRest(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
                     const PlantWork& work, double s);
 
@@ -48,10 +48,11 @@ class NewtonMatrix {
   /// d <- d + delta, 6 each, arm after arm. They are accurate where differences of nodes are not.
   const VectorX& strain_increments() const { return strains_; }
 
-  /// Negative eigenvalues of the symmetric part of A over the free coordinates of a root that is not
-  /// free: the inertia of the block factorisation (Sylvester). At an equilibrium under conservative
-  /// loads A is symmetric and, after FactorAtRest with s = 0, this is the number of directions in
-  /// which the potential energy falls. Eigenvalues within round-off of zero count as not negative.
+  /// Negative eigenvalues of the symmetric part of A over the free coordinates of a root that is
+  /// not free: the inertia of the block factorisation (Sylvester). At an equilibrium under
+  /// conservative loads A is symmetric and, after FactorAtRest with s = 0, this is the number of
+  /// directions in which the potential energy falls. Eigenvalues within round-off of zero count as
+  /// not negative.
   int NegativeEigenvalues() const;
 
  private:

@@ -160,8 +160,8 @@ class Statics {
 
   Outcome ArcStep(double ds) { return newton_.AlongPath(direction_, ds, tangent_, slope_ * ds); }
 
-  // The limit point between `rising` (slope > 0) and `ds` beyond it, where the slope is `falling`, to
-  // its far side: Illinois' regula falsi on the slope, from `rising` each time.
+  // The limit point between `rising` (slope > 0) and `ds` beyond it, where the slope is `falling`,
+  // to its far side: Illinois' regula falsi on the slope, from `rising` each time.
   bool LocateLimit(const Place& rising, double ds, double falling) {
     double low = 0, high = ds, at_low = rising.slope, at_high = falling;
     const double wanted = kLimitSlope / first_response_;
