@@ -73,7 +73,7 @@ void CheckScene(const std::string& file, const StudyOptions& options) {
   scene_options.overrides = options.overrides;
   const scene::Scene scene = scene_options.Load();
   loop::ClosedLoopOptions run;
-  run.controller = controller::ControllerKind::kGait;
+  run.controller = ToString(controller::ControllerKind::kGait);
   InScene(scene_options, [&] { return std::make_unique<loop::ClosedLoop>(scene, run); });
 }
 

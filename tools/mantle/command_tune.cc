@@ -73,7 +73,7 @@ int TuneScene(const TuneOptions& options) {
   const auto kinds = Chosen(options);
   InScene(options.scene, [&] {  // refused before anything is run or written
     loop::ClosedLoopOptions run;
-    run.controller = kinds.front();
+    run.controller = ToString(kinds.front());
     return std::make_unique<loop::ClosedLoop>(scene, run);
   });
   ResultFolder results(folder, kTuneResults);
