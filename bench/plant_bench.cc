@@ -12,13 +12,13 @@
 namespace mantle::model {
 namespace {
 
-Scene Load(const char* name) {
-  return LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/" + name);
+scene::Scene Load(const char* name) {
+  return scene::LoadScene(std::string(MANTLE_SOURCE_DIR) + "/scenes/" + name);
 }
 
 // A whole run of a scene; the counter is simulated over wall time.
 void RunScene(benchmark::State& state, const char* name) {
-  const Scene scene = Load(name);
+  const scene::Scene scene = Load(name);
   const Plant plant(scene.robot);
   double simulated = 0;
   for (auto _ : state) {

@@ -5,8 +5,8 @@
 #include <functional>
 
 #include "loop/scene/scene.h"
-#include "tests/reduced/accuracy.h"
 #include "reduced/build/reduced_plant.h"
+#include "tests/reduced/accuracy.h"
 
 /// Prints the accuracy tables of docs/reduced.md: the reduced model against the plant on a fine
 /// mesh, and the time of its step. Usage: reduced_accuracy [statics|dynamics|mantle|vehicle|price
@@ -17,6 +17,7 @@ namespace {
 using namespace mantle::tests;
 namespace model = mantle::model;
 namespace reduced = mantle::reduced;
+namespace scene = mantle::scene;
 
 struct Basis {
   std::string name;

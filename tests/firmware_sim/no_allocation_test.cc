@@ -1,23 +1,9 @@
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <new>
-
 #include "tests/firmware_sim/drive_bench.h"
+#include "tests/support/allocation_counter.h"
 
-/// The cyclic path of a drive allocates nothing: every operator new of this program is counted.
-
-namespace {
-long long allocations = 0;
-}  // namespace
-
-void* operator new(std::size_t size) {
-  ++allocations;
-  if (void* memory = std::malloc(size != 0 ? size : 1)) return memory;
-  throw std::bad_alloc();
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+/// The cyclic path of a drive allocates nothing: every call of the allocator is counted.
 
 namespace mantle::firmware_sim {
 namespace {
@@ -25,9 +11,9 @@ namespace {
 using test::Frame;
 
 TEST(NoAllocation, TheCounterCounts) {
-  const long long before = allocations;
+  const long before = tests::allocation_count;
   delete new int(3);
-  EXPECT_EQ(allocations, before + 1);
+  EXPECT_EQ(tests::allocation_count, before + 1);
 }
 
 TEST(NoAllocation, CyclesFaultsSdoAndResets) {
@@ -43,7 +29,7 @@ TEST(NoAllocation, CyclesFaultsSdoAndResets) {
   const CanFrame bad = Frame(0x601, {0x40, 0x42, 0x60, 0, 0, 0, 0, 0});
   const CanFrame remap = Frame(0x601, {0x23, 0x00, 0x18, 1, 0x81, 1, 0, 0x80});
   CanFrame target = Frame(0x201, {0, 0, 100, 0, 0, 0, 0, 0});
-  const long long before = allocations;
+  const long before = tests::allocation_count;
   drive.OnFrame(start, now_us);
   for (int cycle = 0; cycle < 500; ++cycle) {
     target.data[0] = static_cast<std::uint8_t>(cycle < 2 ? 6 : cycle < 4 ? 7 : 15);
@@ -59,7 +45,7 @@ TEST(NoAllocation, CyclesFaultsSdoAndResets) {
     if (cycle == 400) drive.OnFrame(remap, now_us);
     while (drive.TakeFrame(out)) ++frames;
   }
-  EXPECT_EQ(allocations, before);
+  EXPECT_EQ(tests::allocation_count, before);
   EXPECT_GT(frames, 1000);
 }
 

@@ -38,7 +38,8 @@ int main() {
   control.gait.motors.assign(2, {.low_n = 0.3, .high_n = 0.3});
   firmware_sim::LoopMedium medium;
   const auto station = medium.MakeStation();
-  loop::ControlSide side({.model = model, .control = control}, *station);
+  loop::ControlSide side(
+      {.model = model, .step = {}, .control = control, .sensors = {}, .drives = {}}, *station);
   loop::Sensors message;
   message.has_state = true;
   message.state = InitialState(model);

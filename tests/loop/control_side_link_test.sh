@@ -29,5 +29,5 @@ fi
 
 # The patterns find what they are for.
 for pattern in "$vehicle" "$full"; do
-  symbols "$plant" | grep -qE "$pattern" || { echo "$plant has nothing of $pattern"; exit 1; }
+  symbols "$plant" | grep -E "$pattern" >/dev/null || { echo "$plant has nothing of $pattern"; exit 1; }
 done

@@ -19,7 +19,7 @@ constexpr double kRoundOff = 1e-12;  // of sums of a few hundred terms, each sca
 
 // Every effect, on an arm, a mantle and a rigid body that are lighter than water.
 Robot Everything(const Mismatch& mismatch) {
-  Robot robot = tests::PaperRobot(4, 8);
+  Robot robot = tests::PaperRobot(4, 12);
   robot.arms[0].material.density_kg_m3 = 900;
   robot.arms[0].distributed = {{"twist", Vector6::Unit(0), 1, 1, LoadFrame::kWorld, {}}};
   robot.arms[0].distributed[0].schedule = ConstantSchedule{0.01};

@@ -68,7 +68,7 @@ inline reduced::ReducedState Settle(const reduced::ReducedPlant& m) {
   constexpr int kSteps = 400;
   constexpr double kLongest_s = 100.0, kStill = 1e-9;  // rates, in 1/s of each coordinate's unit
   reduced::StepSettings settings;
-  settings.scheme = StepScheme::kBackwardEuler;
+  settings.scheme = reduced::StepScheme::kBackwardEuler;
   settings.max_iterations = 100;
   reduced::StepWork work(m);
   reduced::ReducedState s = InitialState(m), next = s;
@@ -103,7 +103,7 @@ inline model::PlantState FullEquilibrium(const model::Robot& robot) {
 }
 
 /// Of the tip, relative to the arm's length.
-inline double StaticTipError(const model::Robot& robot, const Reduction& reduction,
+inline double StaticTipError(const model::Robot& robot, const reduced::Reduction& reduction,
                              const model::PlantState& full) {
   const reduced::ReducedPlant m(robot, reduction);
   return (Lifted(m, Settle(m)).pose.back().position - full.pose.back().position).norm() /
@@ -111,7 +111,7 @@ inline double StaticTipError(const model::Robot& robot, const Reduction& reducti
 }
 
 /// Of the enclosed volume, relative to its change.
-inline double StaticVolumeError(const model::Robot& robot, const Reduction& reduction,
+inline double StaticVolumeError(const model::Robot& robot, const reduced::Reduction& reduction,
                                 const model::PlantState& full) {
   const reduced::ReducedPlant m(robot, reduction);
   const double volume = model::ShellVolume(full.shape);
@@ -144,8 +144,8 @@ struct RunErrors {
   double tip{0};      ///< relative to the arm's length
   double volume{0};   ///< relative to the largest change of the plant's
 };
-inline RunErrors ErrorsOfRun(const model::Robot& robot, const Reduction& reduction, double step_s,
-                             const std::vector<model::Sample>& full) {
+inline RunErrors ErrorsOfRun(const model::Robot& robot, const reduced::Reduction& reduction,
+                             double step_s, const std::vector<model::Sample>& full) {
   const reduced::ReducedPlant m(robot, reduction);
   reduced::ReducedRunSettings settings;
   settings.duration_s = full.back().time_s;

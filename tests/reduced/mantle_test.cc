@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "model/plant.h"
+#include "reduced/build/mantle.h"
+#include "reduced/build/mantle_basis.h"
 #include "tests/reduced/reduced_robots.h"
 
 namespace mantle::reduced {

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "reduced/reduced_model.h"
+#include "reduced/build/reduced_plant.h"
 #include "tests/support/paper_robot.h"
 #include "tests/support/random_values.h"
 
@@ -46,14 +46,14 @@ inline model::Robot ControlRobot(int arm_elements = 20, int mantle_elements = 48
   return robot;
 }
 
-inline Reduction EquivalentReduction(const model::Robot& robot) {
-  Reduction r;
+inline reduced::Reduction EquivalentReduction(const model::Robot& robot) {
+  reduced::Reduction r;
   r.arms.clear();
   for (const model::Arm& arm : robot.arms) {
-    ArmReduction a;
+    reduced::ArmReduction a;
     a.segments = arm.elements;
-    a.strains = kSixStrains;
-    a.rule = SectionRule::kPlantNodes;
+    a.strains = reduced::kSixStrains;
+    a.rule = reduced::SectionRule::kPlantNodes;
     r.arms.push_back(a);
   }
   r.mantle.cubature_tolerance = 0;

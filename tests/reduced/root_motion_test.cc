@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "reduced/simulation.h"
+#include "reduced/build/simulation.h"
 #include "tests/reduced/reduced_robots.h"
 
 /// A prescribed root moves the reduced model as it moves the plant, whatever its schedule.
@@ -59,7 +59,7 @@ struct Both {
 };
 
 Both RunBoth(const Robot& robot, const Reduction& reduction, double step_s) {
-  const ReducedModel model(robot, reduction);
+  const ReducedPlant model(robot, reduction);
   model::RunSettings full;
   full.duration_s = 0.3;
   full.step_s = step_s;

@@ -101,7 +101,7 @@ TEST(MantleStatic, StiffRodsAndHelicesTakeFewIterations) {
   ExpectTip(nlohmann::json::parse(wire.out), "wire", 0.445014, 0.810609, 0.0, kCaseMesh);
   EXPECT_LT(nlohmann::json::parse(wire.out)["iterations"].get<int>(), 200);
   for (const auto& [elements, mesh] :
-       {std::pair{20, 40 * kCaseMesh}, {40, 10 * kCaseMesh}, {100, 2 * kCaseMesh}}) {
+       {std::pair{20, 75 * kCaseMesh}, {40, 19 * kCaseMesh}, {100, 3 * kCaseMesh}}) {
     const Outcome helix =
         Mantle(folder, "static " + Case("helix_by_couple") +
                            " --out out --json --set arms.rod.elements=" + std::to_string(elements));

@@ -16,8 +16,8 @@ namespace mantle::tools {
 namespace {
 
 constexpr const char* kHelp =
-    "Linearised motions of a scene about its reference shape without loads, or about its "
-    "equilibrium:\nfrequencies, damping, growth rates and shapes, with the water's added mass and "
+    "Linearised motions about the reference shape or an equilibrium.\nFrequencies, damping, growth "
+    "rates and shapes, with the water's added mass and "
     "every load.\nWrites summary.json and shapes.csv (docs/outputs.md).\n\n"
     "  mantle modes scenes/arm_vibration.toml\n"
     "  mantle modes scenes/arm_static.toml --about static --count 6\n\n"

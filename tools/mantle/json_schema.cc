@@ -1,5 +1,7 @@
 #include "tools/mantle/json_schema.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -36,7 +38,7 @@ Json TextNumber(const Entry& e) {
     units += (units.empty() ? "" : "|") + Escaped(all.substr(at, comma - at));
     at = comma + 2;
   }
-  j["pattern"] = std::string(kNumberPattern) + "(" + units + ")$";
+  j["pattern"] = fmt::format("{}({})$", kNumberPattern, units);
   return j;
 }
 
