@@ -17,7 +17,8 @@ struct Mode {
 };
 
 /// The `count` lowest modes, ascending; rigid modes of a free root come first, with frequency zero
-/// to round-off. Throws BadRobot if the mesh has fewer or the iteration does not
+/// to round-off. `state` must be an equilibrium: elsewhere the tangent is not symmetric, and only
+/// its symmetric part enters. Throws BadRobot if the mesh has fewer or the iteration does not
 /// converge.
 std::vector<Mode> VibrationModes(const Plant& plant, const PlantState& state, int count);
 /// The same under given inputs.
