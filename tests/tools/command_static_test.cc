@@ -161,7 +161,8 @@ TEST(MantleModes, FrequenciesOfACantileverAndGrowthOfAColumn) {
                                             "arms.bar.points.side.schedule=0");
   ASSERT_EQ(pushed.status, 0) << pushed.err;
   int growing = 0;
-  for (const auto& mode : nlohmann::json::parse(pushed.out)["modes"]) {
+  const auto about_static = nlohmann::json::parse(pushed.out);
+  for (const auto& mode : about_static["modes"]) {
     growing += mode["unstable"] == true ? 1 : 0;
   }
   EXPECT_EQ(growing, 2);
