@@ -6,6 +6,7 @@
 
 #include "controller/gait.h"
 #include "controller/lqr.h"
+#include "reduced/outputs.h"
 
 namespace mantle::controller {
 namespace {
@@ -14,11 +15,6 @@ namespace {
 // A pull's reaction turns the root at once, against the turn that follows: a derivative that sees
 // it makes the arm flutter. On the steering scene this constant costs least.
 constexpr double kTurnFilter_s = 0.3;
-
-bool Finite(const ReducedState& s) {
-  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite() &&
-         s.root.rotation.coeffs().allFinite();
-}
 
 const BaselineGains& GainsOf(const ControlOptions& options, ControllerKind kind) {
   return options.baselines[static_cast<std::size_t>(kind) - 1];
@@ -73,7 +69,7 @@ class Baseline : public Controller {
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
     const double dt = std::max(t_s - before_s_, 0.0);
     before_s_ = t_s;
-    const bool sees = estimate != nullptr && Finite(*estimate);
+    const bool sees = estimate != nullptr && IsFinite(*estimate);
     GaitTensions(gait_, t_s + gains_.gait_lead_s, tensions);
     tensions = low_ + Scale(sees ? estimate : nullptr, t_s) * (tensions - low_);
     if (sees && steers_) AddPull(directions_, Pull(*estimate, dt), tensions);

@@ -115,7 +115,7 @@ class Condensed : public Program {
   SparsePattern jacobian_pattern_, hessian_pattern_;
   std::vector<VectorX> residuals_;
   std::vector<Eigen::MatrixXd> jacobians_, projected_, positions_, adjoint_, tail_;
-  Eigen::MatrixXd g_, next_, held_, weighted_, moved_;
+  Eigen::MatrixXd g_, next_, weighted_, moved_;
   Eigen::MatrixXd kkt_, kkt_rhs_;
 };
 

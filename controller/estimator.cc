@@ -1,7 +1,8 @@
 #include "controller/estimator.h"
 
 #include <algorithm>
-#include <cmath>
+
+#include "reduced/outputs.h"
 
 namespace mantle::controller {
 namespace {
@@ -10,11 +11,6 @@ constexpr double kKept_s = 1.0;  // of what was commanded; older measurements ar
 constexpr double kSameTime_s = 1e-9;
 /// The filter waits this long beyond the sensors' delay for a measurement, then goes on without.
 constexpr double kPatience_s = 0.2;
-
-bool Finite(const ReducedState& s) {
-  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite() &&
-         s.root.rotation.coeffs().allFinite();
-}
 
 }  // namespace
 
@@ -41,7 +37,7 @@ void ModelEstimator::Start(const ReducedState& state) {
 void ModelEstimator::Update(double t_s, const Eigen::Ref<const VectorX>& tensions,
                             const ReducedState* measured) {
   const bool newest = measured != nullptr && measured->time_s > measured_s_ - kSameTime_s;
-  const ReducedState* usable = newest && Finite(*measured) ? measured : nullptr;
+  const ReducedState* usable = newest && IsFinite(*measured) ? measured : nullptr;
   if (!pulls_.empty() && pulls_.front().until_s < t_s - patience_s_ - kKept_s) {
     std::rotate(pulls_.begin(), pulls_.begin() + 1, pulls_.end());  // the oldest makes room
   } else {

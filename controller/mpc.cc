@@ -23,11 +23,6 @@ double Seconds(std::chrono::steady_clock::time_point since) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
 }
 
-bool Finite(const ReducedState& s) {
-  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite() &&
-         s.root.rotation.coeffs().allFinite() && std::isfinite(s.time_s);
-}
-
 }  // namespace
 
 Mpc::Mpc(const ReducedModel& model, const reduced::StepSettings& step,
@@ -91,7 +86,7 @@ void Mpc::Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>&
   const auto begin = std::chrono::steady_clock::now();
   status_ = {};
   prepared_ = false;
-  if (!Finite(expected) || !tensions.allFinite()) {
+  if (!IsFinite(expected) || !tensions.allFinite()) {
     status_.cause = "the expected state is not finite";
     ++counters_.bad_states;
   } else {
@@ -112,7 +107,7 @@ void Mpc::Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>&
 const MpcStatus& Mpc::Solve(const ReducedState& start, std::int64_t deadline_ns) {
   const auto begin = std::chrono::steady_clock::now();
   ++counters_.solves;
-  if (!Finite(start)) {
+  if (!IsFinite(start)) {
     status_.cause = "the measured state is not finite";
     ++counters_.bad_states;
     prepared_ = false;

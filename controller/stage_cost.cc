@@ -163,9 +163,12 @@ void StageCost::EvaluateBounds(const ReducedState& s, int row, VectorX* residual
   }
 }
 
-double StageCost::InputValue(const Eigen::Ref<const VectorX>& u,
-                             const Eigen::Ref<const VectorX>& rate) const {
-  return options_.cost.effort * u.squaredNorm() + options_.cost.rate * rate.squaredNorm();
+double StageCost::EffortValue(const Eigen::Ref<const VectorX>& u) const {
+  return options_.cost.effort * u.squaredNorm();
+}
+
+double StageCost::RateValue(const Eigen::Ref<const VectorX>& rate) const {
+  return options_.cost.rate * rate.squaredNorm();
 }
 
 }  // namespace mantle::controller

@@ -44,9 +44,13 @@ class StageCost {
     return weights_.segment(term.first, term.count)
         .dot(residual.segment(term.first, term.count).cwiseAbs2());
   }
-  /// Of tensions u and their rates.
+  /// Of tensions u, of their rates, and of both.
+  double EffortValue(const Eigen::Ref<const VectorX>& u) const;
+  double RateValue(const Eigen::Ref<const VectorX>& rate) const;
   double InputValue(const Eigen::Ref<const VectorX>& u,
-                    const Eigen::Ref<const VectorX>& rate) const;
+                    const Eigen::Ref<const VectorX>& rate) const {
+    return EffortValue(u) + RateValue(rate);
+  }
 
   bool has_mean_velocity() const { return options_.cost.mean_velocity > 0; }
   double averaging_s() const { return options_.gait.period_s; }

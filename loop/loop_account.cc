@@ -85,8 +85,8 @@ void LoopAccount::Add(const ReducedState& truth, double dt, const VectorX& comma
     r->cost += dt * value;
   };
   for (const controller::StageCost::Term& term : cost_.terms()) add(cost_.Value(residual_, term));
-  add(control_.cost.effort * command.squaredNorm());
-  add(control_.cost.rate * ((command - before) / dt).squaredNorm());
+  add(cost_.EffortValue(command));
+  add(cost_.RateValue((command - before) / dt));
   if (cost_.has_mean_velocity()) {
     add(control_.cost.mean_velocity * MeanVelocityError(truth).squaredNorm());
   }

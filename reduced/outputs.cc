@@ -1,5 +1,7 @@
 #include "reduced/outputs.h"
 
+#include <cmath>
+
 namespace mantle::reduced {
 namespace {
 
@@ -38,6 +40,11 @@ void MoveState(const ReducedState& from, const Eigen::Ref<const VectorX>& by, Re
   to->root = from.root * model::ExpSE3(by.head<6>());
   to->q = from.q + by.segment(6, n - 6);
   to->v = from.v + by.tail(n);
+}
+
+bool IsFinite(const ReducedState& s) {
+  return s.q.allFinite() && s.v.allFinite() && s.root.position.allFinite() &&
+         s.root.rotation.coeffs().allFinite() && std::isfinite(s.time_s);
 }
 
 Pose EvaluateTip(const ReducedArm& arm, const double* q, Eigen::Ref<Eigen::Matrix3Xd>* jacobian) {

@@ -14,6 +14,9 @@ void StateDifference(const ReducedState& from, const ReducedState& to, Eigen::Re
 /// `from` moved by (zeta, dq, dv). `to` is sized like `from`.
 void MoveState(const ReducedState& from, const Eigen::Ref<const VectorX>& by, ReducedState* to);
 
+/// Whether every number of the state is finite, its time included.
+bool IsFinite(const ReducedState& state);
+
 /// The tip of an arm relative to the root, and d(position)/dq of the arm's coordinates in the root
 /// frame (3 x arm.size(), or null where it is not wanted):
 ///   h_k = h_{k-1} exp(Omega_k(q)),  dp/dq = sum_k R_k (v + w x R_k^T (p - p_k)),

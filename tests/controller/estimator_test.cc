@@ -88,14 +88,7 @@ TEST(Estimator, ObserverReducesNoiseAndFollows) {
   // a model that is not.
   constexpr double kMostShare = 0.5;
   Truth truth("steer.toml");
-  SensorOptions noise;
-  noise.position_m = 2e-3;
-  noise.attitude_rad = 5e-3;
-  noise.velocity_m_s = 5e-3;
-  noise.angular_velocity_rad_s = 2e-2;
-  noise.strain = 0.1;
-  noise.strain_rate = 0.2;
-  noise.mantle = noise.mantle_rate = 0.02;
+  const SensorOptions noise = tests::Noise();
   loop::SensorModel sensors(truth.world.model, noise);
   EstimatorOptions options;
   options.observer = true;

@@ -10,6 +10,19 @@ namespace mantle::tests {
 
 inline constexpr double kPeriod_s = 0.01;
 
+/// Of every sensor.
+inline controller::SensorOptions Noise() {
+  controller::SensorOptions noise;
+  noise.position_m = 2e-3;
+  noise.attitude_rad = 5e-3;
+  noise.velocity_m_s = 5e-3;
+  noise.angular_velocity_rad_s = 2e-2;
+  noise.strain = 0.1;
+  noise.strain_rate = 0.2;
+  noise.mantle = noise.mantle_rate = 0.02;
+  return noise;
+}
+
 /// The reduced model itself as the truth, pulled by tensions that vary.
 struct Truth {
   explicit Truth(const std::string& scene)

@@ -13,23 +13,12 @@ namespace mantle::controller {
 namespace {
 
 using tests::kPeriod_s;
+using tests::Noise;
 using tests::Truth;
 
 StateFilter MakeFilter(const Truth& truth, const EstimatorOptions& options = {},
                        const SensorOptions& sensors = {}) {
   return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
-}
-
-SensorOptions Noise() {
-  SensorOptions noise;
-  noise.position_m = 2e-3;
-  noise.attitude_rad = 5e-3;
-  noise.velocity_m_s = 5e-3;
-  noise.angular_velocity_rad_s = 2e-2;
-  noise.strain = 0.1;
-  noise.strain_rate = 0.2;
-  noise.mantle = noise.mantle_rate = 0.02;
-  return noise;
 }
 
 /// Cables that alternate around a straight arm do nothing, and no measurement can tell them.
