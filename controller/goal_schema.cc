@@ -57,7 +57,7 @@ void Describe(Visitor& v, const model::Robot& robot, CircleTask& g) {
             .fallback = "0.95 L",
             .bound = "(0, L]"},
            Quantity::kLength, reach, &g.height_m);
-  v.Number({"period", "of a turn"}, Quantity::kTime, kPositive, &g.period_s);
+  v.Number({"period", "of a turn"}, Quantity::kTime, schema::kTimeStep, &g.period_s);
   v.Number({"approach", "from the axis to the circle"}, Quantity::kTime, kNonNegative,
            &g.approach_s);
 }

@@ -20,7 +20,7 @@ using schema::Visitor;
 
 static void Describe(Visitor& v, ControlGrid& g) {
   v.Integer({"steps"}, 1, 200, &g.steps);
-  v.Number({"step", "the first"}, Quantity::kTime, kPositive, &g.step_s);
+  v.Number({"step", "the first"}, Quantity::kTime, schema::kTimeStep, &g.step_s);
   v.Number({"growth", "of each step over the one before"}, Quantity::kNumber, Range{1, 2},
            &g.growth);
   std::vector<double> knots;
@@ -104,7 +104,7 @@ static void DescribePulse(Visitor& v, const MotorLimits& limits, GaitPulse& p) {
 
 static void DescribeGait(Visitor& v, const std::vector<std::string>& motors,
                          const std::vector<MotorLimits>& limits, Gait& gait) {
-  v.Number({"period"}, Quantity::kTime, kPositive, &gait.period_s);
+  v.Number({"period"}, Quantity::kTime, schema::kTimeStep, &gait.period_s);
   for (const MotorLimits& m : limits) {
     gait.motors.push_back({m.min_tension_n, m.min_tension_n, 0.5, 0, 0.5, 0});
   }
@@ -199,9 +199,11 @@ void Describe(Visitor& v, const model::Robot& robot, const std::vector<reduced::
             .meaning = "between plans",
             .fallback = "`grid.step`",
             .also = "multiple of `drives.period`"},
-           Quantity::kTime, kPositive, &c.period_s);
-  v.Number({"delay", "from a measurement until its plan acts"}, Quantity::kTime, kNonNegative,
-           &c.delay_s);
+           Quantity::kTime, schema::kTimeStep, &c.period_s);
+  v.Number({.name = "delay",
+            .meaning = "from a measurement until its plan acts",
+            .bound = "[0, `grid.steps` x `grid.step`]"},
+           Quantity::kTime, Range{0, c.grid.steps * c.grid.step_s}, &c.delay_s);
   v.Number({"deadline", "of the solver, in real time"}, Quantity::kTime, kPositive, &c.deadline_s);
   v.Integer({"iterations", "of the solver, always"}, 1, 10000, &c.max_iterations);
   v.Number({.name = "levenberg",

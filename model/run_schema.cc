@@ -1,28 +1,36 @@
 #include "model/run_schema.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 namespace mantle::model {
 namespace {
 
 using schema::kPositive;
+using schema::kTimeStep;
 using schema::Quantity;
 using schema::Range;
 using schema::Required;
 
 constexpr Range kTolerance{0, 0.1, true};
+// Time advances by every step, however late in a run: 1e12 steps leave a step four digits.
+constexpr double kMostSteps = 1e12;
 
 }  // namespace
 
 void DescribeTime(schema::Visitor& v, RunSettings& run) {
-  v.Number(Required({"duration"}), Quantity::kTime, kPositive, &run.duration_s);
+  v.Number(Required({"duration"}), Quantity::kTime, Range{kTimeStep.low, 1e9}, &run.duration_s);
   v.Number({"step", "of the fixed-step integrators; the longest of cvode"}, Quantity::kTime,
-           kPositive, &run.step_s);
+           kTimeStep, &run.step_s);
+  v.Demand(run.duration_s <= kMostSteps * run.step_s, "step",
+           fmt::format("{:.3g} steps in `duration`, {} s: must be at most {:.0e}",
+                       run.duration_s / run.step_s, run.duration_s, kMostSteps));
   run.min_step_s = std::min(run.min_step_s, run.step_s);
   v.Number({.name = "min_step",
             .meaning = "a failing step is halved down to this",
-            .bound = "(0, `step`]"},
-           Quantity::kTime, Range{0, run.step_s, true}, &run.min_step_s);
+            .bound = "[1e-9 s, `step`]"},
+           Quantity::kTime, Range{kTimeStep.low, run.step_s}, &run.min_step_s);
   StepperSettings& s = run.stepper;
   v.Choice<Integrator>(
       {"integrator", "rk4 refuses unstable steps; cvode is the accuracy reference"},
@@ -43,7 +51,7 @@ void DescribeTime(schema::Visitor& v, RunSettings& run) {
 }
 
 void DescribeOutput(schema::Visitor& v, RunSettings& run) {
-  v.Number({"interval", "between rows of trajectory.csv"}, Quantity::kTime, kPositive,
+  v.Number({"interval", "between rows of trajectory.csv"}, Quantity::kTime, kTimeStep,
            &run.output_interval_s);
   v.Boolean({"energy", "works, drift and indices"}, &run.account_energy);
 }

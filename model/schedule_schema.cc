@@ -32,7 +32,7 @@ void Describe(Visitor& v, Quantity quantity, Range range, TriangularSchedule& s)
            &s.low);
   v.Number(Required({.name = "high", .meaning = "value half a period later", .unit = "value"}),
            quantity, range, &s.high);
-  v.Number(Required({"period"}), Quantity::kTime, kPositive, &s.period_s);
+  v.Number(Required({"period"}), Quantity::kTime, schema::kTimeStep, &s.period_s);
   v.Number({"start", "constant before"}, Quantity::kTime, kAnyValue, &s.start_s);
 }
 

@@ -70,6 +70,8 @@ struct Range {
 inline constexpr Range kAnyValue{};
 inline constexpr Range kPositive{0, std::numeric_limits<double>::infinity(), true};
 inline constexpr Range kNonNegative{0};
+/// Times by which a run advances, steps and periods: one of 1e-300 s would never end.
+inline constexpr Range kTimeStep{1e-9};
 inline constexpr Range kShare{0, 1};
 
 /// What the absence of a key means.

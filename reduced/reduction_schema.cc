@@ -49,7 +49,8 @@ void Describe(Visitor& v, MantleReduction& m) {
     m.static_pressures_pa = pressures;
   }
   v.Integer({"snapshots", "shapes from a run of the plant"}, 0, 8, &m.snapshots);
-  v.Number({"snapshot_time", "length of that run"}, Quantity::kTime, kPositive, &m.snapshot_time_s);
+  v.Number({"snapshot_time", "length of that run"}, Quantity::kTime, Range{1e-3, 1e4},
+           &m.snapshot_time_s);
   v.Number({"cubature", "share by which chosen elements may miss the whole mesh; 0: all"},
            Quantity::kNumber, Range{0, 0.5}, &m.cubature_tolerance);
   v.Integer({"lateral_slices", "slices of lateral drag; 0: one per element"}, 0, 100000,
@@ -127,7 +128,7 @@ void Describe(Visitor& v, const model::Robot& robot, Reduction& r) {
       {"integrator"},
       {{"sdirk2", StepScheme::kSdirk2}, {"backward_euler", StepScheme::kBackwardEuler}}, &r.scheme);
   v.Number({"step", "longest; steps also end at output times and break points"}, Quantity::kTime,
-           kPositive, &r.step_s);
+           schema::kTimeStep, &r.step_s);
   v.Number({"tolerance", "of the stage equations"}, Quantity::kNumber, Range{0, 0.1, true},
            &r.tolerance);
   const Drivable names = NamesOf(robot);
