@@ -197,9 +197,9 @@ Vector2 SteeringRegulator::PathTarget(const ReducedState& state) {
       (2 * kRate_s);
   // The least turn from the present attitude: roll stays as it is.
   const Matrix3 r = state.root.rotation.toRotationMatrix();
-  const Vector3 wanted = r.transpose() * aim.direction;
+  const Vector3 target = r.transpose() * aim.direction;
   target_.root.rotation =
-      state.root.rotation * Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), wanted);
+      state.root.rotation * Eigen::Quaterniond::FromTwoVectors(Vector3::UnitZ(), target);
   target_.root.position = state.root.position;
   if (reference_.has_position()) {
     Vector3 offset = now.position - state.root.position;
@@ -216,17 +216,17 @@ Vector2 SteeringRegulator::PathTarget(const ReducedState& state) {
 // The steady bend whose tip is at the reference: the linear one, corrected for its kinematics.
 Vector2 SteeringRegulator::TipTarget(const ReducedState& state) {
   const double ahead = state.time_s + gains_.lookahead_s;
-  const Vector2 wanted = aim_.TipTarget(state.root, ahead);
-  const Vector2 rate = (aim_.TipTarget(state.root, ahead + kRate_s) - wanted) / kRate_s;
+  const Vector2 target = aim_.TipTarget(state.root, ahead);
+  const Vector2 rate = (aim_.TipTarget(state.root, ahead + kRate_s) - target) / kRate_s;
   const int arm = reference_.arm(), at = model_.arm_first(arm), n = model_.velocity_count();
   const auto& mount = model_.arms[arm].mount;
   target_.root = state.root;
-  Vector2 demand = wanted;
+  Vector2 demand = target;
   for (int i = 0; i < kTipIterations; ++i) {
     SetSteady(demand, state);
     const model::Pose tip = EvaluateTip(model_.arms[arm], target_.q.data() + at, nullptr);
     const Vector3 way = mount.rotation.conjugate() * (tip.position - mount.position);
-    demand += wanted - way.tail<2>();
+    demand += target - way.tail<2>();
   }
   SetSteady(demand, state);
   const Vector2 pull = steady_.tail<2>();

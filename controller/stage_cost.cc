@@ -10,7 +10,7 @@ using model::Hat;
 using model::Matrix3;
 using Quantity = SoftBound::Quantity;
 
-constexpr double kTiny = 1e-9;  // of a norm whose direction is asked for
+constexpr double kTiny = 1e-9;  // of a norm whose direction is needed
 
 double Outside(double x, const SoftBound& b) {
   if (x > b.high) return x - b.high;

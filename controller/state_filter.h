@@ -32,7 +32,7 @@ class StateFilter {
   void Correct(const ReducedState& measured);
 
   const ReducedState& state() const { return state_; }
-  /// At most half a motor's largest tension and 0.1 m/s^2; none where it is not wanted.
+  /// At most half a motor's largest tension and 0.1 m/s^2; none where it is not estimated.
   const Disturbance& disturbance() const { return disturbance_; }
   /// Covariance of e. Units: rad, m, coordinates, their rates, N, m/s^2.
   const Eigen::MatrixXd& covariance() const { return p_; }

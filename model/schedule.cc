@@ -9,7 +9,7 @@ namespace mantle::model {
 namespace {
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
-// Break points closer than this to the time asked for count as that time: a step that ends on a
+// Break points closer than this to the given time count as that time: a step that ends on a
 // break point may miss it by round-off.
 constexpr double kSameTime_s = 1e-12;
 

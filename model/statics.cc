@@ -164,7 +164,7 @@ class Statics {
   // to its far side: Illinois' regula falsi on the slope, from `rising` each time.
   bool LocateLimit(const Place& rising, double ds, double falling) {
     double low = 0, high = ds, at_low = rising.slope, at_high = falling;
-    const double wanted = kLimitSlope / first_response_;
+    const double steep = kLimitSlope / first_response_;
     int side = 0;
     for (int k = 0; k < kLimitSearch; ++k) {
       const double at = low + (high - low) * at_low / (at_low - at_high);
@@ -176,7 +176,7 @@ class Statics {
         if (side > 0) at_high *= 0.5;
         side = 1;
       } else {
-        if (-slope_ < wanted) return true;
+        if (-slope_ < steep) return true;
         high = at;
         at_high = slope_;
         if (side < 0) at_low *= 0.5;

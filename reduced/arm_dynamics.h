@@ -73,7 +73,7 @@ struct ArmWork {
 void EvaluateArmPoses(const ReducedArm& arm, const double* q, std::vector<Pose>* poses);
 
 /// Length, rate and gradient of one cable. EvaluateArm does this for cables that are pulled or
-/// reeled; slack ones are evaluated where they are asked for.
+/// reeled; slack ones are evaluated where they are needed.
 void EvaluateCable(const ReducedArm& arm, const ArmMotion& motion, int cable, ArmWork* work);
 
 /// Fills `work`; false where something is not finite.

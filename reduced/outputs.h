@@ -18,7 +18,7 @@ void MoveState(const ReducedState& from, const Eigen::Ref<const VectorX>& by, Re
 bool IsFinite(const ReducedState& state);
 
 /// The tip of an arm relative to the root, and d(position)/dq of the arm's coordinates in the root
-/// frame (3 x arm.size(), or null where it is not wanted):
+/// frame (3 x arm.size(), or null where it is not needed):
 ///   h_k = h_{k-1} exp(Omega_k(q)),  dp/dq = sum_k R_k (v + w x R_k^T (p - p_k)),
 ///   (w, v) = T(Omega_k) dOmega_k/dq.
 Pose EvaluateTip(const ReducedArm& arm, const double* q, Eigen::Ref<Eigen::Matrix3Xd>* jacobian);

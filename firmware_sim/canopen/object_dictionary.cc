@@ -90,7 +90,7 @@ SdoAbort CheckPdo(const ObjectDictionary& objects, std::size_t slot, std::uint32
 FoundObject FindObject(std::uint16_t index, std::uint8_t sub) {
   const auto first = std::lower_bound(
       kObjectTable.begin(), kObjectTable.end(), index,
-      [](const ObjectEntry& row, std::uint16_t wanted) { return row.index < wanted; });
+      [](const ObjectEntry& row, std::uint16_t sought) { return row.index < sought; });
   if (first == kObjectTable.end() || first->index != index) return {SdoAbort::kNoObject, 0};
   for (auto row = first; row != kObjectTable.end() && row->index == index; ++row) {
     if (row->sub == sub) {

@@ -81,10 +81,10 @@ void Motion::OnTargets(const ObjectDictionary& objects) {
   goal_position_ = Value(objects, Slot(object::kTargetPosition));
   limited_ = false;
   if (HasPositionLimits(objects)) {
-    const double wanted = goal_position_;
-    goal_position_ = std::clamp(wanted, Value(objects, Slot(object::kPositionLimits, 1)),
+    const double goal = goal_position_;
+    goal_position_ = std::clamp(goal, Value(objects, Slot(object::kPositionLimits, 1)),
                                 Value(objects, Slot(object::kPositionLimits, 2)));
-    limited_ = mode_ == OperationMode::kCyclicPosition && goal_position_ != wanted;
+    limited_ = mode_ == OperationMode::kCyclicPosition && goal_position_ != goal;
   }
   ticks_to_goal_ = InterpolationTicks(objects);
 }
@@ -144,8 +144,8 @@ double Motion::VelocityTick(const ObjectDictionary& objects, const Measured& now
 }
 
 double Motion::VelocityLoop(double demand, const Measured& now) {
-  const double wanted = kVelocityBandwidth * (demand - now.velocity_counts_s);
-  return (wanted - now.load_counts_s2) / kAccelerationPerMille;
+  const double acceleration = kVelocityBandwidth * (demand - now.velocity_counts_s);
+  return (acceleration - now.load_counts_s2) / kAccelerationPerMille;
 }
 
 double Motion::TickPayOut(double demand_counts_s, const Measured& now, double max_torque) {

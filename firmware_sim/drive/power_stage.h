@@ -17,10 +17,10 @@ class CurrentRegulator {
  public:
   double Voltage(const MotorData& motor, double reference_a, double current_a, double speed_rad_s,
                  double supply_v) {
-    const double wanted =
+    const double needed =
         motor.resistance_ohm * reference_a + motor.torque_constant_nm_a * speed_rad_s + integral_v_;
-    const double voltage = std::clamp(wanted, -supply_v, supply_v);
-    if (voltage == wanted) {
+    const double voltage = std::clamp(needed, -supply_v, supply_v);
+    if (voltage == needed) {
       integral_v_ += kIntegralShare * motor.resistance_ohm * (reference_a - current_a);
     }
     return voltage;

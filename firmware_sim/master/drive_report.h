@@ -94,10 +94,10 @@ struct DriveReport {
 
   std::array<EmcyRecord, kEmcyHistory> emcy{};  ///< newest first
   std::uint64_t emcy_count{0};
-  std::uint64_t reboots{0};  ///< boot-ups that the master had not asked for
+  std::uint64_t reboots{0};  ///< boot-ups that the master had not commanded
   std::uint64_t tpdo1_count{0};
   std::uint64_t tpdo2_count{0};
-  std::uint64_t syncs{0};         ///< that asked this drive, operational, for a TPDO1
+  std::uint64_t syncs{0};         ///< that made a TPDO1 of this drive, operational, due
   std::uint64_t tpdo1_late{0};    ///< not there by the next SYNC (late, or lost)
   std::uint64_t short_frames{0};  ///< TPDOs, EMCYs, heartbeats with too few bytes
 

@@ -53,7 +53,7 @@ class DriveSupervisor {
   void Cycle(std::int64_t now_us, FrameBatch& out);
 
   const DriveReport& report() const { return report_; }
-  /// A TPDO1 has come since the last SYNC, or none was asked for.
+  /// A TPDO1 has come since the last SYNC, or none was due.
   bool complete() const { return !was_synced_ || answers_ > 0; }
 
  private:

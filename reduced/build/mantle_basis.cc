@@ -137,7 +137,7 @@ std::vector<VectorX> RecordSnapshots(const Plant& plant, double duration_s) {
 // Leading left singular vectors, in the mass, of what the first `column` shapes leave.
 void AddSnapshotShapes(const std::vector<VectorX>& snapshots, const VectorX& mass, int column,
                        Eigen::MatrixXd* shapes) {
-  const int n = static_cast<int>(mass.size()), wanted = static_cast<int>(shapes->cols()) - column;
+  const int n = static_cast<int>(mass.size()), count = static_cast<int>(shapes->cols()) - column;
   const VectorX root = mass.cwiseSqrt();
   Eigen::MatrixXd x(n, snapshots.size());
   for (std::size_t i = 0; i < snapshots.size(); ++i) {
@@ -148,11 +148,11 @@ void AddSnapshotShapes(const std::vector<VectorX>& snapshots, const VectorX& mas
     x.col(static_cast<int>(i)) = root.cwiseProduct(s);
   }
   Eigen::JacobiSVD<Eigen::MatrixXd> svd(x, Eigen::ComputeThinU);
-  if (svd.rank() < wanted) {
+  if (svd.rank() < count) {
     throw BadRobot(
-        fmt::format("snapshots = {}: the run shows only {} further shapes", wanted, svd.rank()));
+        fmt::format("snapshots = {}: the run shows only {} further shapes", count, svd.rank()));
   }
-  for (int i = 0; i < wanted; ++i) {
+  for (int i = 0; i < count; ++i) {
     shapes->col(column + i) = svd.matrixU().col(i).cwiseQuotient(root);
     Orthonormalise(mass, column + i, shapes);
   }

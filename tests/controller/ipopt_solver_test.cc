@@ -1,101 +1,24 @@
+#include "controller/ipopt_solver.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <functional>
 
-#include "controller/ipopt_solver.h"
+#include "tests/controller/dense_program.h"
 
 namespace mantle::controller {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-/// A small dense program given by its functions.
-class Dense : public Program {
- public:
-  Dense(VectorXd start, VectorXd x_low, VectorXd x_high, VectorXd g_low, VectorXd g_high)
-      : start_(std::move(start)),
-        x_low_(std::move(x_low)),
-        x_high_(std::move(x_high)),
-        g_low_(std::move(g_low)),
-        g_high_(std::move(g_high)) {
-    for (int i = 0; i < constraints(); ++i) {
-      for (int j = 0; j < variables(); ++j) {
-        jacobian_pattern_.row.push_back(i);
-        jacobian_pattern_.column.push_back(j);
-      }
-    }
-    for (int i = 0; i < variables(); ++i) {
-      for (int j = 0; j <= i; ++j) {
-        hessian_pattern_.row.push_back(i);
-        hessian_pattern_.column.push_back(j);
-      }
-    }
-  }
-
-  std::function<double(const VectorXd&)> f;
-  std::function<VectorXd(const VectorXd&)> df, g;
-  std::function<MatrixXd(const VectorXd&)> dg;
-  std::function<MatrixXd(const VectorXd&, double, const VectorXd&)> h;
-  bool is_quadratic{false};
-
-  int variables() const override { return static_cast<int>(start_.size()); }
-  int constraints() const override { return static_cast<int>(g_low_.size()); }
-  void Bounds(double* x_low, double* x_high, double* g_low, double* g_high) const override {
-    std::copy(x_low_.begin(), x_low_.end(), x_low);
-    std::copy(x_high_.begin(), x_high_.end(), x_high);
-    std::copy(g_low_.begin(), g_low_.end(), g_low);
-    std::copy(g_high_.begin(), g_high_.end(), g_high);
-  }
-  void Start(double* x) const override { std::copy(start_.begin(), start_.end(), x); }
-  const SparsePattern& JacobianPattern() const override { return jacobian_pattern_; }
-  const SparsePattern& HessianPattern() const override { return hessian_pattern_; }
-  bool quadratic() const override { return is_quadratic; }
-  bool Objective(const double* x, bool, double* value) override {
-    *value = f(At(x));
-    return true;
-  }
-  bool Gradient(const double* x, bool, double* gradient) override {
-    VectorXd::Map(gradient, variables()) = df(At(x));
-    return true;
-  }
-  bool Constraints(const double* x, bool, double* values) override {
-    VectorXd::Map(values, constraints()) = g(At(x));
-    return true;
-  }
-  bool Jacobian(const double* x, bool, double* values) override {
-    const MatrixXd j = dg(At(x));
-    for (std::size_t e = 0; e < jacobian_pattern_.row.size(); ++e) {
-      values[e] = j(jacobian_pattern_.row[e], jacobian_pattern_.column[e]);
-    }
-    return true;
-  }
-  bool Hessian(const double* x, bool, double factor, const double* lambda,
-               double* values) override {
-    const MatrixXd m = h(At(x), factor, VectorXd::Map(lambda, constraints()));
-    for (std::size_t e = 0; e < hessian_pattern_.row.size(); ++e) {
-      values[e] = m(hessian_pattern_.row[e], hessian_pattern_.column[e]);
-    }
-    return true;
-  }
-
- private:
-  VectorXd At(const double* x) const { return VectorXd::Map(x, variables()); }
-
-  VectorXd start_, x_low_, x_high_, g_low_, g_high_;
-  SparsePattern jacobian_pattern_, hessian_pattern_;
-};
-
-VectorXd Of(std::initializer_list<double> values) {
-  return VectorXd::Map(std::data(values), static_cast<Eigen::Index>(values.size()));
-}
+using tests::DenseProgram;
+using tests::Of;
 
 /// min (x - 1)^2 + (y - 2.5)^2 with five linear constraints (Nocedal & Wright, Numerical
 /// Optimization, 2006, example 16.4): solution (1.4, 1.7), the first constraint active.
-Dense Nocedal() {
-  Dense p(Of({2, 0}), Of({0, 0}), Of({kInfinity, kInfinity}), Of({-2, -6, -2}),
-          Of({kInfinity, kInfinity, kInfinity}));
+DenseProgram Nocedal() {
+  DenseProgram p(Of({2, 0}), Of({0, 0}), Of({kInfinity, kInfinity}), Of({-2, -6, -2}),
+                 Of({kInfinity, kInfinity, kInfinity}));
   p.is_quadratic = true;
   p.f = [](const VectorXd& x) { return std::pow(x(0) - 1, 2) + std::pow(x(1) - 2.5, 2); };
   p.df = [](const VectorXd& x) { return Of({2 * (x(0) - 1), 2 * (x(1) - 2.5)}); };
@@ -109,9 +32,9 @@ Dense Nocedal() {
 }
 
 /// W. Hock, K. Schittkowski, Test Examples for Nonlinear Programming Codes, 1981, problem 71.
-Dense HockSchittkowski71() {
-  Dense p(Of({1, 5, 5, 1}), VectorXd::Constant(4, 1.0), VectorXd::Constant(4, 5.0), Of({25, 40}),
-          Of({kInfinity, 40}));
+DenseProgram HockSchittkowski71() {
+  DenseProgram p(Of({1, 5, 5, 1}), VectorXd::Constant(4, 1.0), VectorXd::Constant(4, 5.0),
+                 Of({25, 40}), Of({kInfinity, 40}));
   p.f = [](const VectorXd& x) { return x(0) * x(3) * (x(0) + x(1) + x(2)) + x(2); };
   p.df = [](const VectorXd& x) {
     const double sum = x(0) + x(1) + x(2);
@@ -149,7 +72,7 @@ SolveOptions Tight() {
 constexpr double kSolution = 1e-6;  // of programs solved to 1e-9 with curvatures of order one
 
 TEST(IpoptSolver, SolvesAQuadraticProgram) {
-  Dense p = Nocedal();
+  DenseProgram p = Nocedal();
   SolveResult r;
   MakeIpoptSolver()->Solve(p, Tight(), &r);
   EXPECT_EQ(r.status, SolveStatus::kSolved) << ToString(r.status);
@@ -163,7 +86,7 @@ TEST(IpoptSolver, SolvesAQuadraticProgram) {
 TEST(IpoptSolver, SolvesHockSchittkowski71WithBothSetsOfOptions) {
   const VectorXd published = Of({1.0, 4.74299963, 3.82114998, 1.37940829});
   for (bool fast : {true, false}) {
-    Dense p = HockSchittkowski71();
+    DenseProgram p = HockSchittkowski71();
     SolveOptions o = Tight();
     o.fast = fast;
     SolveResult r;
@@ -175,7 +98,7 @@ TEST(IpoptSolver, SolvesHockSchittkowski71WithBothSetsOfOptions) {
 }
 
 TEST(IpoptSolver, MultipliersAndResidualsSatisfyTheOptimalityConditions) {
-  Dense p = HockSchittkowski71();
+  DenseProgram p = HockSchittkowski71();
   SolveResult r;
   MakeIpoptSolver()->Solve(p, Tight(), &r);
   const VectorXd lagrangian = p.df(r.x) + p.dg(r.x).transpose() * r.lambda - r.z_low + r.z_high;
@@ -190,7 +113,7 @@ TEST(IpoptSolver, MultipliersAndResidualsSatisfyTheOptimalityConditions) {
 }
 
 TEST(IpoptSolver, StopsAtTheIterationBudget) {
-  Dense p = HockSchittkowski71();
+  DenseProgram p = HockSchittkowski71();
   SolveOptions o = Tight();
   o.max_iterations = 2;
   SolveResult r;
@@ -205,7 +128,7 @@ TEST(IpoptSolver, StopsAtTheIterationBudget) {
 }
 
 TEST(IpoptSolver, StopsAtADeadlineThatHasPassed) {
-  Dense p = HockSchittkowski71();
+  DenseProgram p = HockSchittkowski71();
   SolveOptions o = Tight();
   o.deadline_ns = 1;
   SolveResult r;
@@ -217,7 +140,8 @@ TEST(IpoptSolver, StopsAtADeadlineThatHasPassed) {
 }
 
 TEST(IpoptSolver, SaysThatAProgramIsInfeasible) {
-  Dense p(Of({0.0, 0.0}), Of({-10, -10}), Of({10, 10}), Of({3, -kInfinity}), Of({kInfinity, 1}));
+  DenseProgram p(Of({0.0, 0.0}), Of({-10, -10}), Of({10, 10}), Of({3, -kInfinity}),
+                 Of({kInfinity, 1}));
   p.f = [](const VectorXd& x) { return x.squaredNorm(); };
   p.df = [](const VectorXd& x) { return VectorXd(2 * x); };
   p.g = [](const VectorXd& x) { return Of({x.sum(), x.sum() + 0.1 * x(0) * x(0)}); };
@@ -236,7 +160,7 @@ TEST(IpoptSolver, SaysThatAProgramIsInfeasible) {
 
 TEST(IpoptSolver, SaysThatAFunctionIsNotFinite) {
   for (const bool throughout : {true, false}) {
-    Dense p = Nocedal();
+    DenseProgram p = Nocedal();
     const auto f = p.f;
     // finite at the start alone, or nowhere
     p.f = [f, throughout](const VectorXd& x) {
@@ -255,7 +179,7 @@ TEST(IpoptSolver, SaysThatAFunctionIsNotFinite) {
 }
 
 TEST(IpoptSolver, SaysThatIteratesDivergeOrTheBudgetEndsOnAnUnboundedProgram) {
-  Dense p(Of({0}), Of({-kInfinity}), Of({kInfinity}), VectorXd(0), VectorXd(0));
+  DenseProgram p(Of({0}), Of({-kInfinity}), Of({kInfinity}), VectorXd(0), VectorXd(0));
   p.f = [](const VectorXd& x) { return -x(0); };
   p.df = [](const VectorXd&) { return Of({-1}); };
   p.g = [](const VectorXd&) { return VectorXd(0); };
@@ -273,7 +197,7 @@ TEST(IpoptSolver, WhatWasSolvedBeforeLeavesNoTrace) {
   for (bool fast : {true, false}) {
     SolveOptions o = Tight();
     o.fast = fast;
-    Dense p = HockSchittkowski71();
+    DenseProgram p = HockSchittkowski71();
     SolveResult first, again;
     MakeIpoptSolver()->Solve(p, o, &first);
     auto used = MakeIpoptSolver();
@@ -281,7 +205,7 @@ TEST(IpoptSolver, WhatWasSolvedBeforeLeavesNoTrace) {
     other.fast = !fast;
     other.deadline_ns = 1;
     other.initial_barrier = 0.1;
-    Dense q = Nocedal();
+    DenseProgram q = Nocedal();
     used->Solve(p, other, &again);
     other.deadline_ns = 0;
     used->Solve(q, other, &again);

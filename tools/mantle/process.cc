@@ -13,9 +13,9 @@
 namespace mantle::tools {
 
 void UseOneBlasThread() {
-  const bool asked =
+  const bool set =
       std::getenv("OPENBLAS_NUM_THREADS") != nullptr || std::getenv("OMP_NUM_THREADS") != nullptr;
-  if (asked) return;
+  if (set) return;
   setenv("OPENBLAS_NUM_THREADS", "1", 0);
   setenv("OMP_NUM_THREADS", "1", 0);
   // OpenBLAS and OpenMP read the environment when they are loaded, which is before main.
