@@ -140,17 +140,8 @@ static void Describe(Visitor& v, BaselineGains& g) {
       Quantity::kNumber, kAnyValue, &g.speed_gain);
 }
 
-/// One of the names that the registry knows now.
-static void PickName(Visitor& v, const schema::Key& key, const std::vector<std::string>& known,
-                     std::string* value) {
-  const auto at = std::find(known.begin(), known.end(), *value);
-  int index = at == known.end() ? -1 : static_cast<int>(at - known.begin());
-  v.Pick(key, Visitor::Names(known.begin(), known.end()), &index);
-  if (index >= 0) *value = known[static_cast<std::size_t>(index)];
-}
-
 static void Describe(Visitor& v, EstimatorOptions& e) {
-  PickName(v, {"type", "or the name of one that a program has registered"}, EstimatorNames(),
+  schema::PickName(v, {"type", "or the name of one that a program has registered"}, EstimatorNames(),
            &e.type);
   v.Boolean({"observer",
              "the state is what the filter makes of all measurements, whose deviations it takes "
@@ -186,7 +177,7 @@ void Describe(Visitor& v, const model::Robot& robot, const std::vector<reduced::
               ControlOptions& c) {
   std::vector<std::string> names;
   for (const reduced::Actuator& motor : motors) names.push_back(motor.name);
-  PickName(v, {"controller", "or the name of one that a program has registered"}, ControllerNames(),
+  schema::PickName(v, {"controller", "or the name of one that a program has registered"}, ControllerNames(),
            &c.controller);
   v.Choice<MpcMode>({"mode", "one linearisation per period, or until the plan stands still"},
                     {{"rti", MpcMode::kRealTimeIteration}, {"converged", MpcMode::kConverged}},

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "firmware_sim/bus/bus_load.h"
+#include "loop/drive_options.h"
 
 namespace mantle::loop {
 namespace {
@@ -56,9 +57,8 @@ ClosedLoop::ClosedLoop(const scene::Scene& scene, const ClosedLoopOptions& optio
       plant_(PlantRobot(scene)),
       model_(scene.robot, scene.reduction),
       wire_(options.bus.value_or(scene.drives.bus), kBusTimeout_us, options.record),
-      plant_side_(plant_, scene.run, scene.reduction.actuators, scene.drives,
-                  wire_.plant_station()),
-      instruments_(model_, plant_side_, scene.sensors),
+      vehicle_(MakeVehicle()),
+      plant_vehicle_(dynamic_cast<PlantVehicle*>(vehicle_.get())),
       control_side_(
           {.model = model_,
            .step = {scene.reduction.scheme, std::max(scene.reduction.tolerance, kStepTolerance)},
@@ -67,13 +67,28 @@ ClosedLoop::ClosedLoop(const scene::Scene& scene, const ClosedLoopOptions& optio
            .drives = scene.drives,
            .real_time = options.real_time},
           wire_.control_station()),
-      pacer_(plant_side_.period_us()),
-      lock_step_(plant_side_, control_side_.motors(), wire_, options.real_time ? &pacer_ : nullptr),
-      account_(model_, control_side_.options(), control_side_.reference(), plant_),
-      work_before_j_(static_cast<std::size_t>(plant_side_.motor_count()), 0.0) {}
+      pacer_(Period_us(scene.drives)),
+      lock_step_(*vehicle_, control_side_.motors(), wire_, options.real_time ? &pacer_ : nullptr),
+      account_(model_, control_side_.options(), control_side_.reference()),
+      work_before_j_(scene.reduction.actuators.size(), 0.0) {}
+
+std::unique_ptr<VehicleSide> ClosedLoop::MakeVehicle() {
+  if (scene_.drives.vehicle == kPlantVehicle) {
+    return std::make_unique<PlantVehicle>(plant_, model_, scene_.run, scene_.reduction.actuators,
+                                          scene_.drives, scene_.sensors, wire_.plant_station());
+  }
+  return FindVehicle(scene_.drives.vehicle)
+      .make({model_, scene_.mismatch, scene_.reduction.actuators, scene_.drives, scene_.sensors,
+             wire_.plant_station()});
+}
+
+PlantSide& ClosedLoop::plant_side() {
+  if (plant_vehicle_ != nullptr) return plant_vehicle_->side();
+  throw std::logic_error(fmt::format("vehicle \"{}\": is not the plant", scene_.drives.vehicle));
+}
 
 void ClosedLoop::PassSensors() {
-  instruments_.Measure(&measured_);
+  vehicle_->Measure(&measured_);
   channel_.Send(measured_);
   while (channel_.Receive(&received_)) control_side_.Turn(received_);
 }
@@ -84,8 +99,8 @@ Status ClosedLoop::Advance(LoopResult* result) {
   result->bus_load_peak =
       std::max(result->bus_load_peak,
                Load(wire_.traffic().worst_bits - bits_before, scene_.drives.period_s));
-  for (int i = 0; i < plant_side_.motor_count(); ++i) {
-    const double work = plant_side_.winch(i).cable_work_j;
+  for (std::size_t i = 0; i < work_before_j_.size(); ++i) {
+    const double work = vehicle_->cable_work_j(static_cast<int>(i));
     result->cable_work_j += std::max(work - work_before_j_[i], 0.0);
     work_before_j_[i] = work;
   }
@@ -94,15 +109,15 @@ Status ClosedLoop::Advance(LoopResult* result) {
 
 LoopStep ClosedLoop::StepNow(bool planned, double error, const LoopResult& result) const {
   const ControlSide& control = control_side_;
-  return {instruments_.truth().time_s,
+  return {vehicle_->truth().time_s,
           planned,
-          instruments_.truth(),
+          vehicle_->truth(),
           control.estimate(),
           control.command_n(),
           control.torques(),
-          instruments_.tension_n(),
+          vehicle_->tension_n(),
           control.disturbance(),
-          plant_side_,
+          plant_vehicle_ == nullptr ? nullptr : &plant_vehicle_->side(),
           control.motors(),
           control.mpc(),
           result.cost,
@@ -116,23 +131,25 @@ LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer)
   const bool up = status.ok;
   const BusTraffic before = wire_.traffic();
   account_.Start(scene_.robot.root_pose.position, &r);
-  for (int i = 0; i < plant_side_.motor_count(); ++i) {
-    work_before_j_[i] = plant_side_.winch(i).cable_work_j;
+  for (std::size_t i = 0; i < work_before_j_.size(); ++i) {
+    work_before_j_[i] = vehicle_->cable_work_j(static_cast<int>(i));
   }
   const double period = scene_.drives.period_s;
   const long cycles = std::lround(scene_.run.duration_s / period);
   for (bool go = true; go && status.ok && r.cycles <= cycles;) {
     const long cycle = r.cycles;
-    status = instruments_.Look(static_cast<double>(cycle) * period);
+    status = vehicle_->Look(static_cast<double>(cycle) * period);
     if (!status.ok) break;
     const bool at_end = cycle == cycles;
     if (!at_end) PassSensors();
-    const reduced::ReducedState& truth = instruments_.truth();
-    const double error = account_.Look(truth, plant_side_.state(), &r);
+    const reduced::ReducedState& truth = vehicle_->truth();
+    const double error = account_.Look(
+        truth, reference().has_tip() ? vehicle_->tip(reference().arm()) : model::Vector3::Zero(),
+        &r);
     if (observer) go = observer(StepNow(!at_end && control_side_.planned(), error, r));
     if (at_end || !go) break;
     account_.Add(truth, period, control_side_.command_n(), control_side_.before_n(),
-                 instruments_.tension_n(), &r);
+                 vehicle_->tension_n(), &r);
     control_side_.PrepareNext();
     status = Advance(&r);
     if (status.ok) ++r.cycles;
@@ -162,13 +179,14 @@ void ClosedLoop::Conclude(LoopResult* r) {
   r->time_s = static_cast<double>(r->cycles) * scene_.drives.period_s;
   account_.Conclude(r);
   if (r->cycles > 0) r->bus_load = Load(r->traffic.worst_bits, r->time_s);
-  for (int i = 0; i < plant_side_.motor_count(); ++i) {
+  for (int i = 0; i < control_side_.motors().motor_count(); ++i) {
     r->late_pdos += control_side_.motors().report(i).tpdo1_late;
   }
   if (const controller::Mpc* mpc = control_side_.mpc()) r->counters = mpc->counters();
   r->late_cycles = pacer_.late_turns();
   r->worst_lateness_s = 1e-6 * static_cast<double>(pacer_.worst_lateness_us());
-  r->plant = plant_side_.PlantResult();
+  if (plant_vehicle_ == nullptr) return;
+  r->plant = plant_vehicle_->side().PlantResult();
   r->energetic_index = r->plant.index.ratio_of_means;
 }
 

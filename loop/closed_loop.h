@@ -11,8 +11,7 @@
 #include "loop/lock_step.h"
 #include "loop/loop_account.h"
 #include "loop/pacer.h"
-#include "loop/plant_side/instruments.h"
-#include "loop/plant_side/plant_side.h"
+#include "loop/plant_side/plant_vehicle.h"
 #include "loop/scene/scene.h"
 #include "loop/sensor_channel.h"
 #include "loop/wire.h"
@@ -24,6 +23,8 @@
 ///   plant -> instruments == Sensors (channel) ==> estimator -> controller -> limits
 ///     ^ cables                                                                 | torques
 ///   drives <================== CAN (wire) ======================= master <-----+
+///
+/// (or, on the left, a vehicle of a user's own: vehicle_side.h)
 ///
 /// stepped by SYNC periods. In lock-step the solver's budget is its iterations, time is simulated,
 /// and the same scene gives the same bits; in real time the solver also has a deadline.
@@ -44,14 +45,14 @@ struct ClosedLoopOptions {
 /// there is no command any more: the last ones stand.
 struct LoopStep {
   double time_s;
-  bool planned;  ///< the controller made a new plan at this instant
-  const reduced::ReducedState& truth;
+  bool planned;                        ///< the controller made a new plan at this instant
+  const reduced::ReducedState& truth;  ///< or what is known of it, see VehicleSide
   const reduced::ReducedState& estimate;
   const model::VectorX& command_n;  ///< tensions commanded
   std::span<const MotorCommand> torques;
   const model::VectorX& tension_n;  ///< actual tensions, that the drums pull with
   const controller::Disturbance& disturbance;
-  const PlantSide& plant;
+  const PlantSide* plant;  ///< null where the vehicle is of a user's own
   const MotorMaster& motors;
   const controller::Mpc* mpc;  ///< null for baselines
   double cost;                 ///< integral of the stage cost so far
@@ -71,10 +72,13 @@ class ClosedLoop {
   const model::Plant& plant() const { return plant_; }
   const reduced::ReducedPlant& reduced() const { return model_; }
   const controller::Reference& reference() const { return control_side_.reference(); }
-  PlantSide& plant_side() { return plant_side_; }
+  /// Plant and drives. Throws std::logic_error where the vehicle is of a user's own.
+  PlantSide& plant_side();
+  const VehicleSide& vehicle() const { return *vehicle_; }
   const ControlSide& control_side() const { return control_side_; }
 
  private:
+  std::unique_ptr<VehicleSide> MakeVehicle();
   /// Between two SYNCs.
   Status Advance(LoopResult* result);
   /// The message of now, from instruments to control.
@@ -86,8 +90,8 @@ class ClosedLoop {
   model::Plant plant_;
   reduced::ReducedPlant model_;
   Wire wire_;
-  PlantSide plant_side_;
-  Instruments instruments_;
+  std::unique_ptr<VehicleSide> vehicle_;
+  PlantVehicle* plant_vehicle_;  ///< the same, or null where it is of a user's own
   SensorChannel channel_;
   ControlSide control_side_;
   Pacer pacer_;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <cassert>
 #include <vector>
 
 namespace mantle::loop {
@@ -14,14 +13,11 @@ constexpr std::int64_t kStopLimit_us = 8'000'000;
 
 }  // namespace
 
-LockStep::LockStep(PlantSide& plant, MotorMaster& motors, Wire& wire, Pacer* pacer)
-    : plant_(plant), motors_(motors), wire_(wire), pacer_(pacer) {
-  assert(plant.period_us() == motors.period_us());
-  assert(plant.motor_count() == motors.motor_count());
-}
+LockStep::LockStep(DrivenVehicle& vehicle, MotorMaster& motors, Wire& wire, Pacer* pacer)
+    : vehicle_(vehicle), motors_(motors), wire_(wire), pacer_(pacer) {}
 
 void LockStep::Exchange() {
-  plant_.Pump(now_us_);
+  vehicle_.Pump(now_us_);
   motors_.Poll(now_us_);
 }
 
@@ -41,8 +37,8 @@ Status LockStep::CheckBus() const {
 void LockStep::HeldPeriod() {
   motors_.Sync(now_us_);
   Exchange();
-  for (const std::int64_t end_us = now_us_ + plant_.period_us(); now_us_ < end_us;) {
-    plant_.Hold(now_us_ + kTick_us);
+  for (const std::int64_t end_us = now_us_ + motors_.period_us(); now_us_ < end_us;) {
+    vehicle_.Hold(now_us_ + kTick_us);
     AdvanceTo(now_us_ + kTick_us);
     Exchange();
   }
@@ -58,7 +54,7 @@ Status LockStep::BringUp() {
     HeldPeriod();
   }
   origin_us_ = now_us_;
-  plant_.Release(now_us_);
+  vehicle_.Release(now_us_);
   return CheckBus();
 }
 
@@ -76,17 +72,17 @@ Status LockStep::CycleWithoutControl() {
 
 Status LockStep::AdvancePeriod(bool with_control) {
   const std::int64_t start_us = now_us_;
-  const int steps = plant_.coupling_steps();
+  const int steps = vehicle_.coupling_steps();
   for (int i = 1; i <= steps; ++i) {
-    const std::int64_t to_us = start_us + i * plant_.period_us() / steps;
-    const Status status = plant_.Advance(to_us);
+    const std::int64_t to_us = start_us + i * motors_.period_us() / steps;
+    const Status status = vehicle_.Advance(to_us);
     AdvanceTo(to_us);
     if (!status.ok) return status;
   }
   if (with_control) {
     Exchange();
   } else {
-    plant_.Pump(now_us_);
+    vehicle_.Pump(now_us_);
   }
   return CheckBus();
 }
@@ -95,7 +91,7 @@ Status LockStep::Stop() {
   motors_.RequestStop(now_us_);
   motors_.SetTorques(std::vector<MotorCommand>(static_cast<std::size_t>(motors_.motor_count())));
   for (const std::int64_t end_us = now_us_ + kStopLimit_us;
-       !(motors_.stopped() && plant_.braked());) {
+       !(motors_.stopped() && vehicle_.braked());) {
     if (now_us_ >= end_us) return {false, "drives did not stop:\n" + motors_.Describe()};
     if (Status status = Cycle(); !status.ok) return status;
   }

@@ -4,7 +4,7 @@
 
 #include "loop/control_side/motor_master.h"
 #include "loop/pacer.h"
-#include "loop/plant_side/plant_side.h"
+#include "loop/vehicle_side.h"
 #include "loop/wire.h"
 
 /// Runs the two sides of one process by turns, in simulated time, so that the same scene gives the
@@ -23,8 +23,8 @@ namespace mantle::loop {
 
 class LockStep {
  public:
-  /// All must outlive it; both sides have the same period. `pacer` may be null.
-  LockStep(PlantSide& plant, MotorMaster& motors, Wire& wire, Pacer* pacer = nullptr);
+  /// All must outlive it; the drives are as many as the motors. `pacer` may be null.
+  LockStep(DrivenVehicle& vehicle, MotorMaster& motors, Wire& wire, Pacer* pacer = nullptr);
 
   /// The reason of a failure names the drive.
   Status BringUp();
@@ -47,7 +47,7 @@ class LockStep {
   void HeldPeriod();
   Status AdvancePeriod(bool with_control);
 
-  PlantSide& plant_;
+  DrivenVehicle& vehicle_;
   MotorMaster& motors_;
   Wire& wire_;
   Pacer* pacer_;

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "model/observation.h"
-
 namespace mantle::loop {
 
 using model::Vector3;
@@ -13,10 +11,9 @@ using reduced::ReducedState;
 
 LoopAccount::LoopAccount(const reduced::ReducedModel& model,
                          const controller::ControlOptions& control,
-                         const controller::Reference& reference, const model::Plant& plant)
+                         const controller::Reference& reference)
     : control_(control),
       reference_(reference),
-      plant_(plant),
       cost_(model, control, reference),
       history_(control.gait.period_s + 1.0),
       residual_(VectorX::Zero(cost_.rows())) {}
@@ -42,8 +39,7 @@ Vector3 LoopAccount::MeanVelocityError(const ReducedState& truth) const {
   return (truth.root.position - history_.At(t - period)) / period - reference_.At(t).velocity;
 }
 
-double LoopAccount::Look(const ReducedState& truth, const model::PlantState& plant_state,
-                         LoopResult* r) {
+double LoopAccount::Look(const ReducedState& truth, const Vector3& tip, LoopResult* r) {
   const double t = truth.time_s;
   const controller::ReferencePoint ref = reference_.At(t);
   history_.Add(t, truth.root.position);
@@ -62,9 +58,7 @@ double LoopAccount::Look(const ReducedState& truth, const model::PlantState& pla
       }
     }
   } else if (reference_.has_tip()) {
-    const int a = reference_.arm();
-    const model::Pose tip = AbsolutePose(plant_, plant_state, a, plant_.rods[a].element_count());
-    error_ = (tip.position - ref.tip).norm();
+    error_ = (tip - ref.tip).norm();
     error_counts_ = t >= reference_.SettledTime();
   } else {
     error_ = MeanVelocityError(truth).norm();

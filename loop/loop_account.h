@@ -47,7 +47,7 @@ struct LoopResult {
   double bus_load{0};               ///< share of 1 Mbit/s, worst case of stuffing
   double bus_load_peak{0};          ///< of the fullest SYNC period, alike
   unsigned long long late_pdos{0};  ///< TPDO1 that had not come by the next SYNC
-  model::RunResult plant;  ///< of the plant by itself: works, balance, indices, last sample
+  model::RunResult plant;           ///< by itself: works, balance, indices, last sample
 };
 
 /// Fills the figures that follow from states and tensions.
@@ -55,13 +55,13 @@ class LoopAccount {
  public:
   /// All must outlive it.
   LoopAccount(const reduced::ReducedModel& model, const controller::ControlOptions& control,
-              const controller::Reference& reference, const model::Plant& plant);
+              const controller::Reference& reference);
 
   /// At t = 0, with the root's place.
   void Start(const model::Vector3& position, LoopResult* result);
-  /// The state that was reached: error, waypoints. Returns the error.
-  double Look(const reduced::ReducedState& truth, const model::PlantState& plant_state,
-              LoopResult* result);
+  /// The state that was reached: error, waypoints. `tip`: place of the arm's tip [m], where the
+  /// goal is its. Returns the error.
+  double Look(const reduced::ReducedState& truth, const model::Vector3& tip, LoopResult* result);
   /// The period of length dt that begins there, with the tensions commanded now and before,
   /// and the actual ones.
   void Add(const reduced::ReducedState& truth, double dt_s, const model::VectorX& command_n,
@@ -74,7 +74,6 @@ class LoopAccount {
 
   const controller::ControlOptions& control_;
   const controller::Reference& reference_;
-  const model::Plant& plant_;
   controller::StageCost cost_;
   controller::PositionHistory history_;
   model::VectorX residual_;

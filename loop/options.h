@@ -10,6 +10,7 @@
 namespace mantle::loop {
 
 struct DriveOptions {
+  std::string vehicle{"plant"};  ///< what they pull: its name in vehicle_side.h
   std::string bus{"loop"};
   double period_s{0.01};            ///< of SYNC and of the fast loop
   double cable_stiffness_n_m{500};  ///< of a motor's cable, at the drum

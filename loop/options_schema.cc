@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "loop/vehicle_side.h"
+
 namespace mantle::loop {
 
 using schema::Quantity;
@@ -9,6 +11,9 @@ using schema::Range;
 using schema::Visitor;
 
 void Describe(Visitor& v, DriveOptions& d) {
+  schema::PickName(
+      v, {"vehicle", "the scene's plant, or the name of one that a program has registered"},
+      VehicleNames(), &d.vehicle);
   v.Text({.name = "bus", .bound = "`loop`, `can:NAME`, `udp:GROUP:PORT[@IFACE]`"}, &d.bus);
   v.Number({.name = "period", .meaning = "of SYNC", .also = "whole ms"}, Quantity::kTime,
            Range{1e-3, 0.09}, &d.period_s);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <initializer_list>
 #include <limits>
@@ -228,5 +229,14 @@ class Visitor {
     if (Switch(key, [&](Visitor& table) { Describe(table, settings); })) *effect = settings;
   }
 };
+
+/// One of the names that are known now; `value` holds the default.
+inline void PickName(Visitor& v, const Key& key, const std::vector<std::string>& known,
+                     std::string* value) {
+  const auto at = std::find(known.begin(), known.end(), *value);
+  int index = at == known.end() ? -1 : static_cast<int>(at - known.begin());
+  v.Pick(key, Visitor::Names(known.begin(), known.end()), &index);
+  if (index >= 0) *value = known[static_cast<std::size_t>(index)];
+}
 
 }  // namespace mantle::schema

@@ -3,6 +3,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 /// How a robot is reduced ([physics.md] 8): plain values that a scene's table [reduced] gives and
@@ -62,6 +63,11 @@ struct Actuator {
   std::string name;
   std::vector<ActuatorTarget> targets;
 };
+
+/// Index of the cable ARM.CABLE or MANTLE.SPOKES in the plant's order, as PlantInputs and targets
+/// of motors count them. Throws std::invalid_argument, listing the known names, where there is
+/// none.
+int FindCable(const model::Robot& robot, std::string_view name);
 
 enum class StepScheme { kSdirk2, kBackwardEuler };
 

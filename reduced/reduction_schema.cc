@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "model/named_types.h"
+
 namespace mantle::reduced {
 namespace {
 
@@ -107,6 +109,10 @@ std::vector<Actuator> CableActuators(const model::Robot& robot) {
     motors.push_back({name, {{ActuatorTarget::Kind::kCable, index, 1.0}}});
   }
   return motors;
+}
+
+int FindCable(const model::Robot& robot, std::string_view name) {
+  return model::IndexOfName("cable", NamesOf(robot).cables, name);
 }
 
 void Describe(Visitor& v, const model::Robot& robot, Reduction& r) {

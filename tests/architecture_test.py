@@ -9,7 +9,8 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 
 # folder or file: folders and files it may include from; the longest that holds a file decides
-MESSAGES = {"loop/messages.h", "loop/options.h", "loop/drive_options.h", "loop/sensor_channel.h"}
+MESSAGES = {"loop/messages.h", "loop/options.h", "loop/drive_options.h", "loop/sensor_channel.h",
+            "loop/vehicle_side.h"}
 FIRMWARE = {"firmware_sim/bus", "firmware_sim/canopen"}
 MAY_USE = {
     "model": {"model"},
@@ -23,6 +24,8 @@ MAY_USE = {
     "loop": {"model", "reduced", "controller", "firmware_sim", "loop"},
     # Two sides that know one another by messages alone.
     "loop/messages.h": {"reduced"},
+    "loop/vehicle_side.h": MESSAGES,
+    "loop/vehicle_side.cc": MESSAGES | {"model/named_types.h"},
     "loop/drive_options.h": MESSAGES,
     "loop/drive_options.cc": MESSAGES,
     "loop/sensor_channel.h": MESSAGES,

@@ -7,15 +7,11 @@
 #include "loop/messages.h"
 #include "loop/plant_side/drive_rack.h"
 #include "loop/plant_side/reel.h"
+#include "loop/vehicle_side.h"
 #include "model/simulation.h"
 
 /// The plant's side of the wire: the full plant pulled by the reels of CANopen drives. It knows the
-/// rest of the world by the frames on its bus alone:
-///
-///   before t = 0     Hold: the plant stands at its initial state, the drives run
-///   t = 0            Release
-///   after it         Advance, by coupling steps
-///   at any instant   Pump: frames that came are handed to the drives, their answers sent
+/// rest of the world by the frames on its bus alone (vehicle_side.h has the order of calls).
 ///
 /// Drives and plant advance by turns, in coupling steps of a whole share of the SYNC period
 /// (reel.h): first the drives, with the cable's law about the plant's last state as their load,
@@ -43,7 +39,7 @@ struct CouplingWork {
   double stored_j{0};      ///< in the cables, against t = 0
 };
 
-class PlantSide {
+class PlantSide final : public DrivenVehicle {
  public:
   /// `plant` and `bus` must outlive it. Motor i is node i + 1. Throws std::invalid_argument naming
   /// motor or option, value and bound: 1 to 16 motors, each on cables only, every cable on one
@@ -54,19 +50,16 @@ class PlantSide {
   PlantSide(const PlantSide&) = delete;
   PlantSide& operator=(const PlantSide&) = delete;
 
-  /// Frames both ways at `now_us`.
-  void Pump(std::int64_t now_us) { rack_.Pump(now_us); }
-  /// Before Release: the drives alone run to `now_us`.
-  void Hold(std::int64_t now_us) { rack_.AdvanceTo(now_us); }
-  /// `now_us`, to which Hold came last, is t = 0.
-  void Release(std::int64_t now_us);
+  void Pump(std::int64_t now_us) override { rack_.Pump(now_us); }
+  void Hold(std::int64_t now_us) override { rack_.AdvanceTo(now_us); }
+  void Release(std::int64_t now_us) override;
   /// One coupling step, to `now_us`. Fails where the plant cannot be stepped.
-  Status Advance(std::int64_t now_us);
+  Status Advance(std::int64_t now_us) override;
 
   std::int64_t period_us() const { return period_us_; }
-  int coupling_steps() const { return coupling_steps_; }
+  int coupling_steps() const override { return coupling_steps_; }
   int motor_count() const { return static_cast<int>(reels_.size()); }
-  bool braked() const { return rack_.braked(); }  ///< every drive let go and closed its brake
+  bool braked() const override { return rack_.braked(); }
 
   // The truth, for instruments and accounts.
   const model::PlantState& state() const { return simulation_.state(); }

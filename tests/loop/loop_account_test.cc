@@ -21,10 +21,8 @@ struct Bench {
   explicit Bench(const std::string& name, const std::vector<std::string>& overrides = {})
       : scene(scene::LoadScene(tests::SourcePath("scenes/") + name + ".toml", overrides)),
         reduced(scene.robot, scene.reduction),
-        plant(scene.robot),
         reference(scene.control->goal, scene.robot),
-        account(reduced, *scene.control, reference, plant),
-        plant_state(InitialState(plant)),
+        account(reduced, *scene.control, reference),
         truth(InitialState(reduced)),
         zero(VectorX::Zero(reduced.input_count())) {
     account.Start(truth.root.position, &result);
@@ -32,15 +30,13 @@ struct Bench {
   double LookAt(double t_s, const Vector3& position) {
     truth.time_s = t_s;
     truth.root.position = position;
-    return account.Look(truth, plant_state, &result);
+    return account.Look(truth, Vector3::Zero(), &result);
   }
 
   scene::Scene scene;
   reduced::ReducedPlant reduced;
-  model::Plant plant;
   controller::Reference reference;
   LoopAccount account;
-  model::PlantState plant_state;
   reduced::ReducedState truth;
   VectorX zero;
   LoopResult result;
@@ -99,20 +95,20 @@ TEST(LoopAccount, TheCostIsTheStageCostOverTime) {
   b.result.cycles = 1;
   b.result.time_s = kPeriod_s;
   b.account.Conclude(&b.result);
-  EXPECT_NEAR(b.result.tension_error_n, 0.1, kRoundOff) << "pulled is judged by what was asked";
+  EXPECT_NEAR(b.result.tension_error_n, 0.1, kRoundOff) << "the actual tension is judged by the commanded one";
 }
 
 TEST(LoopAccount, ACruiseIsJudgedByTheVelocityOverAPulse) {
   Bench b("swim");
-  const Vector3 asked = b.reference.At(0).velocity;
+  const Vector3 velocity = b.reference.At(0).velocity;
   const double period_s = b.scene.control->gait.period_s;
   constexpr double kStep_s = 0.01;
   const long steps = std::lround(3 * period_s / kStep_s);
   for (long k = 0; k <= steps; ++k) {
     const double t = static_cast<double>(k) * kStep_s;
-    // On the average as asked, with a ripple of the pulse's period.
+    // On the average that velocity, with a ripple of the pulse's period.
     const double ripple_m = 0.01 * std::sin(2 * M_PI * t / period_s);
-    b.LookAt(t, t * asked + ripple_m * Vector3::UnitZ());
+    b.LookAt(t, t * velocity + ripple_m * Vector3::UnitZ());
     b.account.Add(b.truth, kStep_s, b.zero, b.zero, b.zero, &b.result);
     ++b.result.cycles;
   }

@@ -193,7 +193,7 @@ class ControlJob {
     lcm_->Write(StateMessage(loop_->plant(), sample));
     lcm_->Write(ReducedStateMessage(step.truth));
     lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
-    lcm_->Write(EnergyMessage(sample, step.plant.simulation().energy()));
+    lcm_->Write(EnergyMessage(sample, step.plant->simulation().energy()));
     lcm_->Write(StatusMessage(controller_, step, iterations_));
   }
 

@@ -87,7 +87,7 @@ DrivesTelemetry DrivesMessage(const std::vector<reduced::Actuator>& motors,
   for (std::size_t k = 0; k < motors.size(); ++k) {
     const int i = static_cast<int>(k);
     const firmware_sim::DriveReport& r = step.motors.report(i);
-    const loop::Reel& reel = step.plant.reel(i);
+    const loop::Reel& reel = step.plant->reel(i);
     m.motor_name.push_back(motors[k].name);
     m.node.push_back(r.node);
     m.statusword.push_back(r.statusword);
