@@ -27,8 +27,11 @@ Source Extended(TomlValue document, const std::string& name, const std::filesyst
   }
   const std::filesystem::path file = directory / base->text;
   const std::string base_name = Printable(file.filename().string());
-  Source merged =
-      Extended(ParseToml(ReadTextFile(file), base_name), base_name, file.parent_path(), depth + 1);
+  const std::filesystem::path base_directory = file.parent_path();
+  TomlValue below = ParseToml(ReadTextFile(file), base_name);
+  // Files that it names lie beside it.
+  if (base_directory != directory) NoteFolder(base_directory.string(), &below);
+  Source merged = Extended(std::move(below), base_name, base_directory, depth + 1);
   merged.files.push_back(file);
   document.Remove("extends");
   MergeToml(document, &merged.document);

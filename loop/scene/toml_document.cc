@@ -254,6 +254,11 @@ void ApplyOverride(std::string_view override_text, TomlValue* document) {
   *at = ValueOfOverride(override_text.substr(equals + 1));
 }
 
+void NoteFolder(const std::string& folder, TomlValue* document) {
+  if (document->kind == TomlValue::Kind::kText) document->folder = folder;
+  for (TomlValue& item : document->items) NoteFolder(folder, &item);
+}
+
 void MergeToml(const TomlValue& over, TomlValue* base) {
   for (std::size_t i = 0; i < over.keys.size(); ++i) {
     TomlValue* below = base->Find(over.keys[i]);

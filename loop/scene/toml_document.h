@@ -23,6 +23,7 @@ struct TomlValue {
   bool boolean{false};
   double number{0};  ///< of integers too
   std::string text;
+  std::string folder;  ///< of a text: of the file that holds it, where that is not the scene's
   std::vector<std::string> keys;
   std::vector<TomlValue> items;
 
@@ -51,6 +52,9 @@ inline constexpr int kMaxKeyParts = 32;
 
 /// The document as TOML: ParseToml reads the same values back, bit for bit. Dates are not kept.
 std::string WriteToml(const TomlValue& document);
+
+/// Notes in all texts of the document the folder of the file that holds them.
+void NoteFolder(const std::string& folder, TomlValue* document);
 
 /// Puts `over` on top of `base`: tables key by key, everything else whole.
 void MergeToml(const TomlValue& over, TomlValue* base);

@@ -262,7 +262,12 @@ bool TomlReader::Reference(const Key& key, const std::vector<std::string>& names
 std::optional<std::string> TomlReader::File(const Key& key) {
   std::string name;
   if (!Text(key, &name)) return std::nullopt;
-  const std::filesystem::path file = context_->directory / name;
+  const std::string& folder = Raw(key.name)->folder;
+  const std::filesystem::path file =
+      (folder.empty() ? context_->directory : std::filesystem::path(folder)) / name;
+  if (!folder.empty()) {
+    Fill(key.name, TomlText(file.lexically_proximate(context_->directory).string()));
+  }
   try {
     std::string text = ReadTextFile(file);
     context_->files_hash = Hash(text, context_->files_hash);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "loop/scene/scene.h"
+#include "reduced/reduction_schema.h"
 #include "tests/controller/control_scene.h"
 #include "tests/support/paths.h"
 
@@ -94,6 +95,19 @@ TEST(Registry, MotorsAreFoundByName) {
   }
   const std::string refusal = Refusal([&] { FindMotor(motors, "tail"); });
   EXPECT_NE(refusal.find("no motor is called \"tail\"; known: " + motors[0].name),
+            std::string::npos)
+      << refusal;
+}
+
+TEST(Registry, CablesAreFoundByName) {
+  ControlScene world("steer.toml");
+  const auto cables = reduced::CableActuators(world.scene.robot);
+  ASSERT_GT(cables.size(), 3u);
+  for (std::size_t i = 0; i < cables.size(); ++i) {
+    EXPECT_EQ(reduced::FindCable(world.scene.robot, cables[i].name), static_cast<int>(i));
+  }
+  const std::string refusal = Refusal([&] { reduced::FindCable(world.scene.robot, "tail"); });
+  EXPECT_NE(refusal.find("no cable is called \"tail\"; known: " + cables[0].name),
             std::string::npos)
       << refusal;
 }

@@ -97,7 +97,7 @@ TEST(Vehicle, RefusesMotorsAndOptionsByNameValueAndBound) {
   expect(Refusal({{"back", {{Kind::kCable, 0, -1.0}}}}, {}), "must be above 0");
   expect(Refusal({CableMotor("a", 1), CableMotor("b", 1)}, {}), "cable 1 is driven already");
   expect(Refusal(good, {.period_s = 0.0125}), "0.0125");
-  expect(Refusal(good, {.period_s = 0.2}), "1 to 100 whole milliseconds");
+  expect(Refusal(good, {.period_s = 0.2}), "1 to 90 whole milliseconds");
   expect(Refusal(good, {.cable_stiffness_n_m = 0}), "cable_stiffness");
   expect(Refusal(good, {.cable_damping_n_s_m = -1}), "cable_damping");
   expect(Refusal(good, {.pretension_n = -1}), "pretension");

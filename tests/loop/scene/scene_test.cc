@@ -190,7 +190,8 @@ TEST(Scene, WrongScenesAreRefusedInOneLine) {
       {{"arms.arm.length=true"},
        "s.toml: arms[0].length: true: must be a number > 0 with unit m, mm, cm (a bare number is "
        "SI)"},
-      {{"time.duration=nan"}, "s.toml: time.duration: nan s: must be finite and > 0"},
+      {{"time.duration=nan"},
+       "s.toml: time.duration: nan s: must be finite and in [1e-09, 1000000000]"},
       {{"mantle.material.young=inf"},
        "s.toml: mantle.material.young: inf Pa: must be finite and > 0"},
       {{"arms.arm.elements=0"},
@@ -386,6 +387,33 @@ TEST(Scene, AnOverrideOfExtendsChoosesTheBase) {
   ASSERT_EQ(scene.files.size(), 1u);
   EXPECT_EQ(scene.files[0].filename(), "base.toml");
   EXPECT_THROW(ParseScene(own, "s.toml", folder, {"extends=absent.toml"}), BadScene);
+}
+
+TEST(Scene, AFileIsLookedForBesideTheSceneThatNamesIt) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "beside";
+  std::filesystem::create_directories(folder / "bases" / "data");
+  std::ofstream(folder / "bases" / "data" / "pull.csv") << "0,0\n1,0.5\n";
+  std::ofstream(folder / "own.csv") << "0,0\n1,0.25\n";
+  const auto tension = [](const std::string& file) {
+    return "tension={ type = \"table\", file = \"" + file + "\" }";
+  };
+  std::string base(kVehicle);
+  const std::string constant = "tension = 1";
+  ASSERT_NE(base.find(constant), std::string::npos);
+  base.replace(base.find(constant), constant.size(), tension("data/pull.csv"));
+  std::ofstream(folder / "bases" / "base.toml") << base;
+  const auto last = [](const Scene& scene) {
+    const auto& drive = scene.robot.arms.at(0).cables.at(0).drive;
+    return std::get<model::TableSchedule>(std::get<model::GivenTension>(drive).tension_n)
+        .value.back();
+  };
+  const Scene scene = ParseScene("extends = \"bases/base.toml\"\n", "s.toml", folder);
+  EXPECT_EQ(last(scene), 0.5) << "named by the base";
+  EXPECT_EQ(last(ParseScene(scene.text, "s.toml", folder)), 0.5) << "written out: " << scene.text;
+  EXPECT_EQ(last(ParseScene("extends = \"bases/base.toml\"\n", "s.toml", folder,
+                            {"arms.arm.cables.left." + tension("own.csv")})),
+            0.25)
+      << "named by the scene itself";
 }
 
 TEST(Scene, AnyFileNameWillDo) {
