@@ -99,7 +99,7 @@ struct Arm {
   Vector3 curvature_tip{Vector3::Zero()};      ///< ... and tip, linear between
   Vector3 drag_coefficients{Vector3::Zero()};  ///< C_x, C_y, C_z
   double added_mass_coefficient{0};            ///< B_b
-  int elements{20};                            ///< of the plant's mesh, of equal length
+  int elements{20};                            ///< of equal length, but for nodes moved to `points`
   std::vector<ArmCable> cables;
   std::vector<DistributedWrench> distributed;
   std::vector<PointWrench> points;

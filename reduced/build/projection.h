@@ -2,6 +2,8 @@
 
 #include "reduced/build/reduced_plant.h"
 
+namespace mantle::reduced {
+
 /// Between the plant's state and the reduced coordinates.
 ///
 /// Lifting puts the plant's nodes on the reduced strain field (poses and twists, exact kinematics)
@@ -10,9 +12,6 @@
 /// logarithm across element i of the lifted arm, by Gauss-Newton with dd_i/dq ~ l_i B, so that a
 /// state in the reduced space comes back exactly; rates likewise. The mantle's s = Phi^T M (profile
 /// - reference).
-
-namespace mantle::reduced {
-
 class Projection {
  public:
   /// Throws model::BadRobot where the plant's mesh is too coarse to tell the strains apart.
