@@ -8,22 +8,23 @@
 /// exchanges axial motion fully and moves with the root otherwise; with omega, v the root's body
 /// twist, z from the root along e3 and m_j the nodal masses,
 ///
-///   T = 1/2 sum_j m_j {(1+B) [r_dot^2 + (v3 + z_dot)^2 + 1/2 r^2 (omega1^2 + omega2^2)
-///                             + r^2 omega3^2] + J theta_dot^2} + T_lateral,
+///   T = 1/2 sum_j m_j {(1+B) [r_dot^2 + (v3 + z_dot)^2 + 1/2 r^2 (omega1^2 + omega2^2) +
+///                             r^2 omega3^2] + J theta_dot^2} + T_lateral,
 ///   T_lateral = 1/2 L0 (v1^2 + v2^2) + L1 (v1 omega2 - v2 omega1) + 1/2 L2 (omega1^2 + omega2^2),
-///   L_k = sum_j f m_j z_j^k + rho_w integral of pi r^2 z^k (-z') dX   [effect lateral_added_mass]
-///                           + m_w z_c^k                               [effect contained_water]
+///   L_k = sum_j f m_j z_j^k + A_k + W_k,
+///   A_k = rho_w integral of pi r^2 z^k (-z') dX   [effect lateral_added_mass],
+///   W_k = m_w z_c^k                               [effect contained_water]
 /// with f = 1 + B, or 1 where lateral_added_mass replaces B_s laterally; m_w = rho_w (U - U_cone)
 /// at the centroid z_c of the cavity U.
 
 namespace mantle::model {
 
-/// Which of the water's effects the lateral coefficients L_k have, and what they need to know: the
-/// terms in brackets above (mantle_inertia.h).
+/// Which of the water's terms the lateral coefficients L_k have (mantle_inertia.h), and what those
+/// need to know.
 struct MantleWaterOptions {
   double water_density_kg_m3{0};
-  bool lateral_added_mass{false};  ///< the effect is named: rho_w integral of pi r^2 z^k (-z') dX
-  bool contained_water{false};     ///< the effect is named: m_w z_c^k
+  bool lateral_added_mass{false};  ///< A_k
+  bool contained_water{false};     ///< W_k
   double solid_volume_m3{0};       ///< of the rigid body inside the cavity
 };
 

@@ -9,8 +9,8 @@
 
 namespace mantle::model {
 
-/// The iteration matrix of implicit steps and of statics, in body increments zeta (g exp(zeta^), q
-/// + zeta), factored and solved in O(N):
+/// The iteration matrix of implicit steps and of statics, in body increments zeta
+/// (g exp(zeta^), q + zeta), factored and solved in O(N):
 ///
 ///   A = s^2 M - K - s D,   K = df/dzeta,  D = df/dv,  s = 1/(gamma h)   (s = 0: statics, A = -K)
 ///

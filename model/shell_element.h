@@ -8,8 +8,8 @@
 /// One element of the axisymmetric Reissner shell: two nodes (r, z, theta), linear between them,
 /// one quadrature point in the middle ([physics.md] 3). Per unit reference area, with J = h^2/3:
 ///
-///   W = E h/(1-nu^2) [e11^2 + 2 nu e11 e22 + e22^2 + J (d11^2 + 2 nu d11 d22 + d22^2)]
-///       + h G beta^2
+///   W = E h/(1-nu^2) [e11^2 + 2 nu e11 e22 + e22^2 + J (d11^2 + 2 nu d11 d22 + d22^2)] +
+///       h G beta^2
 ///   R = 3 eta h/(1-nu^2) [the same form in strain rates] + h eta beta_dot^2    (power lost: 2 R)
 ///   e11 = (lambda^2 + beta^2 - 1)/2 = (r'^2 + z'^2 - 1)/2,   e22 = (r^2/r*^2 - 1)/2,
 ///   d11 = mu* - mu lambda,   d22 = sin(theta*)/r* - r sin(theta)/r*^2,

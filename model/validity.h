@@ -33,8 +33,8 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work);
 /// meridian length L goes into lobes under uniform external pressure (R. von Mises, VDI-Z 58, 1914;
 /// D. F. Windenburg, C. Trilling, Trans. ASME 56, 1934), alpha = pi R / L:
 ///
-///   p = E t / (R (n^2 - 1)) [alpha^4 / (n^2 + alpha^2)^2
-///                            + t^2 (n^2 + alpha^2 - 1)^2 / (12 R^2 (1 - nu^2))]
+///   p = E t / (R (n^2 - 1)) [alpha^4 / (n^2 + alpha^2)^2 +
+///                            t^2 (n^2 + alpha^2 - 1)^2 / (12 R^2 (1 - nu^2))]
 ///
 /// with its ends held round; alpha -> 0, n = 2 where nothing holds them. The axisymmetric model
 /// cannot see this.
