@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+/// @file
 /// A parsed TOML text as plain values, and overrides on it. The only part that knows the TOML
 /// library.
 
@@ -23,8 +24,8 @@ struct TomlValue {
   bool boolean{false};
   double number{0};  ///< of integers too
   std::string text;
-  std::vector<std::string> keys;
-  std::vector<TomlValue> items;
+  std::vector<std::string> keys;  ///< of a table
+  std::vector<TomlValue> items;   ///< of an array or a table
 
   const TomlValue* Find(std::string_view key) const;
   TomlValue* Find(std::string_view key);
