@@ -37,9 +37,9 @@ struct LoopStep {
   bool planned;                        ///< the controller made a new plan at this instant
   const reduced::ReducedState& truth;  ///< or what is known of it, see VehicleSide
   const reduced::ReducedState& estimate;
-  const model::VectorX& command_n;  ///< tensions commanded
-  std::span<const MotorCommand> torques;
-  const model::VectorX& tension_n;  ///< actual tensions, that the drums pull with
+  const model::VectorX& command_n;        ///< tensions commanded
+  std::span<const MotorCommand> torques;  ///< one per motor
+  const model::VectorX& tension_n;        ///< actual tensions, that the drums pull with
   const controller::Disturbance& disturbance;
   const PlantSide* plant;  ///< null where the vehicle is of a user's own
   const MotorMaster& motors;

@@ -214,8 +214,8 @@ struct RollDrag {
 };
 /// Quadratic drag of the rigid body at `centre_m`: -1/2 rho_w |v_n| v_n (C A) per direction.
 struct RigidDrag {
-  double lateral_coefficient{1.1}, axial_coefficient{1.0};
-  std::optional<double> lateral_area_m2, axial_area_m2;  ///< default: the cone's projections
+  double lateral_coefficient{1.1}, axial_coefficient{1.0};  ///< C
+  std::optional<double> lateral_area_m2, axial_area_m2;     ///< default: the cone's projections
 };
 
 /// Uniform, steady, fixed in the world; moments in the frames of the bodies that carry them.

@@ -5,8 +5,9 @@
 #include <vector>
 
 /// @file
-/// Scalar functions of time that drive loads, cables and prescribed motion. Their kinks and jumps
-/// are reported as break points, with which every integrator aligns its steps ([physics.md] 7).
+/// Scalar functions of time that drive loads, cables and prescribed motion, in the unit of what
+/// they drive. Their kinks and jumps are reported as break points, with which every integrator
+/// aligns its steps ([physics.md] 7).
 
 namespace mantle::model {
 

@@ -17,7 +17,7 @@ struct StaticState : PlantState {
 /// An increment: of the nodes (body increments, laid out as v) and of the elements' d (6 each, arm
 /// after arm), the one to first order what the other is.
 struct StaticStep {
-  VectorX zeta, strain;
+  VectorX zeta, strain;  ///< [rad, m]; of the mantle's nodes [m, m, rad]
 };
 
 /// The equations of statics: f(q, lambda) = 0, the plant's own forces on a robot at rest in the

@@ -33,7 +33,8 @@ struct StepperSettings {
   InputHook input_hook;             ///< may be empty
 };
 
-/// What a stepper has done since it was made.
+/// What a stepper has done since it was made: steps taken and steps rejected, Newton's iterations,
+/// factorisations of the iteration matrix, evaluations of the forces.
 struct StepCounters {
   long steps{0}, rejected{0}, newton_iterations{0}, factorisations{0}, evaluations{0};
 };

@@ -33,8 +33,8 @@ struct Interval {
 
 /// A quadrature point along a cable: the length of the path per arc length there, times its weight.
 struct CablePoint {
-  int group;  ///< of StrainBasis, whose coordinates it depends on
-  model::CablePiece piece;
+  int group;                  ///< of StrainBasis, whose coordinates it depends on
+  model::CablePiece piece;    ///< the path there
   model::RodElement element;  ///< only its length, the quadrature weight, is used
   Vector6 reference;          ///< weight xi* [rad, m]
   Columns basis;              ///< weight B

@@ -106,14 +106,15 @@ struct MantleWork {
   Vector6 root_wrench;                             ///< R_root
   std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;  ///< of the spokes, in order
   double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};  ///< U, U_dot; Q, T
+  /// dT/dQ [N s/m^3]; the axial drag's speed and force; largest radius; energy of the elements.
   double thrust_by_flux{0}, axial_speed_m_s{0}, drag_n{0}, max_radius_m{0}, elastic_j{0};
   int widest{0};   ///< node of the largest radius
   VectorX radius;  ///< r of the nodes [m]
   /// Contained water: mass, centroid, and the gradients of both.
   double water_kg{0}, water_rate_kg_s{0}, centroid_m{0}, centroid_rate_m_s{0};
-  VectorX water_gradient, centroid_gradient;
-  Eigen::MatrixXd centroid_hessian;
-  VectorX column, row;  ///< scratch
+  VectorX water_gradient, centroid_gradient;  ///< in s
+  Eigen::MatrixXd centroid_hessian;           ///< in s
+  VectorX column, row;                        ///< scratch
 };
 
 /// nullptr, or why the shape cannot be evaluated.
