@@ -17,6 +17,37 @@
 #include "loop/wire.h"
 #include "reduced/build/reduced_plant.h"
 
+namespace mantle::loop {
+
+/// The plant of a scene: its robot with the mismatch that the controller does not know.
+model::Robot PlantRobot(const scene::Scene& scene);
+
+/// How a closed loop is run, and what of its scene is replaced.
+struct ClosedLoopOptions {
+  bool real_time{false};                         ///< on the wall clock; else in lock-step
+  std::optional<std::string> controller;         ///< instead of the scene's, as control.controller
+  std::optional<std::string> bus;                ///< instead of the scene's, as drives.bus
+  firmware_sim::CandumpWriter* record{nullptr};  ///< as Wire takes it
+};
+
+/// What happens at a SYNC, for telemetry; references are valid during the call. At the end of a run
+/// there is no command any more: the last ones stand.
+struct LoopStep {
+  double time_s;                       ///< of the SYNC, from t = 0
+  bool planned;                        ///< the controller made a new plan at this instant
+  const reduced::ReducedState& truth;  ///< or what is known of it, see VehicleSide
+  const reduced::ReducedState& estimate;
+  const model::VectorX& command_n;        ///< tensions commanded
+  std::span<const MotorCommand> torques;  ///< one per motor
+  const model::VectorX& tension_n;        ///< actual tensions, that the drums pull with
+  const controller::Disturbance& disturbance;
+  const PlantSide* plant;  ///< null where the vehicle is of a user's own
+  const MotorMaster& motors;
+  const controller::Mpc* mpc;  ///< null for baselines
+  double cost;                 ///< integral of the stage cost so far
+  double error;                ///< LoopResult::error_name
+};
+
 /// The closed loop of a scene with a table [control], both sides in one process:
 ///
 ///   plant side                                        control side
@@ -28,37 +59,6 @@
 ///
 /// stepped by SYNC periods. In lock-step the solver's budget is its iterations, time is simulated,
 /// and the same scene gives the same bits; in real time the solver also has a deadline.
-
-namespace mantle::loop {
-
-/// The plant of a scene: its robot with the mismatch that the controller does not know.
-model::Robot PlantRobot(const scene::Scene& scene);
-
-struct ClosedLoopOptions {
-  bool real_time{false};
-  std::optional<std::string> controller;  ///< instead of the scene's, as control.controller
-  std::optional<std::string> bus;
-  firmware_sim::CandumpWriter* record{nullptr};
-};
-
-/// What happens at a SYNC, for telemetry; references are valid during the call. At the end of a run
-/// there is no command any more: the last ones stand.
-struct LoopStep {
-  double time_s;
-  bool planned;                        ///< the controller made a new plan at this instant
-  const reduced::ReducedState& truth;  ///< or what is known of it, see VehicleSide
-  const reduced::ReducedState& estimate;
-  const model::VectorX& command_n;  ///< tensions commanded
-  std::span<const MotorCommand> torques;
-  const model::VectorX& tension_n;  ///< actual tensions, that the drums pull with
-  const controller::Disturbance& disturbance;
-  const PlantSide* plant;  ///< null where the vehicle is of a user's own
-  const MotorMaster& motors;
-  const controller::Mpc* mpc;  ///< null for baselines
-  double cost;                 ///< integral of the stage cost so far
-  double error;                ///< LoopResult::error_name
-};
-
 class ClosedLoop {
  public:
   /// Throws BadScene where the scene has no [control] or [time]; as the two sides and ReducedModel

@@ -4,6 +4,7 @@
 
 #include "loop/options.h"
 
+/// @file
 /// What both sides of the wire need to know of the table [drives].
 
 namespace mantle::loop {

@@ -7,6 +7,8 @@
 #include "loop/vehicle_side.h"
 #include "loop/wire.h"
 
+namespace mantle::loop {
+
 /// Runs the two sides of one process by turns, in simulated time, so that the same scene gives the
 /// same bits whatever the machine does meanwhile:
 ///
@@ -18,9 +20,6 @@
 /// TPDOs say, drives and plant advance by one period, the TPDOs are read. So what the motors report
 /// is of the beginning of the last cycle, as on a real bus. With a Pacer cycle k begins at
 /// t0 + k period of the wall clock, and is the same otherwise. Nothing allocates in a cycle.
-
-namespace mantle::loop {
-
 class LockStep {
  public:
   /// All must outlive it; the drives are as many as the motors. `pacer` may be null.

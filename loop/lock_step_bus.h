@@ -6,6 +6,8 @@
 #include "firmware_sim/bus/bus.h"
 #include "firmware_sim/bus/frame_ring.h"
 
+namespace mantle::loop {
+
 /// Makes a bus that takes wall time (SocketCAN, multicast) behave towards two stations of one
 /// process as the in-process bus does: what one has sent the other has received, before it looks.
 /// So a run in simulated time gives the same frames at the same instants whatever the machine does
@@ -13,17 +15,13 @@
 ///
 ///   Send      passes the frames on and tells the peer to expect them
 ///   Receive   waits until every expected frame has come, in order, then returns as usual; frames
-///   of
-///             others pass through and are not waited for
+///             of others pass through and are not waited for
 ///
 /// A frame that does not come within the time-out is given up, and `stalled` says so from then on.
 /// A run in lock-step owns the identifiers that its stations have sent: a frame that carries one,
 /// and was not sent by the peer, comes from a stranger (another run on the same bus) and falsifies
 /// the run. Such frames are counted in `foreign`; their own identifiers strangers may use.
 /// Frames are stamped with the simulated time of the last AdvanceTo.
-
-namespace mantle::loop {
-
 class LockStepBus final : public firmware_sim::Bus {
  public:
   /// `bus` must outlive this one. Until Connect nothing is waited for.

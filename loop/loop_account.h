@@ -10,44 +10,44 @@
 #include "loop/metered_bus.h"
 #include "model/simulation.h"
 
-/// What a closed loop has achieved, and at what cost: figures of a run, over its true states.
-
 namespace mantle::loop {
 
+/// How a waypoint of the path was passed.
 struct WaypointResult {
   double distance_m;  ///< least distance of the root; infinite where its turn has not come
   double time_s;      ///< when
   bool passed;        ///< within the tolerance, after the one before
 };
 
+/// What a closed loop has achieved, and at what cost: figures of a run, over its true states.
 struct LoopResult {
   bool ok{false};
-  std::string reason;
-  double time_s{0}, wall_s{0};
+  std::string reason;           ///< why it ended before its time; empty where ok
+  double time_s{0}, wall_s{0};  ///< length of the run, in simulated and in wall time
   double cost{0};  ///< integral of the stage cost (controller/options.h) over the true states
   std::vector<std::pair<std::string, double>> cost_terms;  ///< its shares by the scene's weights
   /// Distance of the root from its reference, of the tip from its (after the approach), speed's
   /// error over a pulse [m, m, m/s]: mean and largest; and at the end.
   double mean_error{0}, max_error{0}, final_error{0};
-  std::string error_name;  ///< "position_m", "tip_m", "mean_speed_m_s"
-  std::vector<WaypointResult> waypoints;
+  std::string error_name;                 ///< "position_m", "tip_m", "mean_speed_m_s"
+  std::vector<WaypointResult> waypoints;  ///< in the order of the path
   double effort_n2_s{0};      ///< integral of the sum of squares of the tensions commanded
   double cable_work_j{0};     ///< that drums did on cables, positive part of the powers
   double mean_speed_m_s{0};   ///< of the root along its path
   double energetic_index{0};  ///< mean of W_o over mean of W_i ([physics.md] 5)
   double tension_error_n{0};  ///< root mean square of actual minus commanded, over all motors
   long limit_touches{0};      ///< motor periods in which a bound or rate cut what was commanded
-  long cycles{0};
+  long cycles{0};             ///< SYNC periods that went well
   std::vector<double> prepare_s, solve_s;  ///< of every plan
-  controller::MpcCounters counters;
-  long iterations{0};               ///< of the solver, over all plans
-  long late_cycles{0};              ///< in real time, by more than a tenth of the period
-  double worst_lateness_s{0};       ///< alike
-  BusTraffic traffic;               ///< from t = 0 on
-  double bus_load{0};               ///< share of 1 Mbit/s, worst case of stuffing
-  double bus_load_peak{0};          ///< of the fullest SYNC period, alike
-  unsigned long long late_pdos{0};  ///< TPDO1 that had not come by the next SYNC
-  model::RunResult plant;           ///< by itself: works, balance, indices, last sample
+  controller::MpcCounters counters;        ///< all zero for baselines
+  long iterations{0};                      ///< of the solver, over all plans
+  long late_cycles{0};                     ///< in real time, by more than a tenth of the period
+  double worst_lateness_s{0};              ///< alike
+  BusTraffic traffic;                      ///< from t = 0 on
+  double bus_load{0};                      ///< share of 1 Mbit/s, worst case of stuffing
+  double bus_load_peak{0};                 ///< of the fullest SYNC period, alike
+  unsigned long long late_pdos{0};         ///< TPDO1 that had not come by the next SYNC
+  model::RunResult plant;                  ///< by itself: works, balance, indices, last sample
 };
 
 /// Fills the figures that follow from states and tensions.

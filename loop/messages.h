@@ -6,6 +6,7 @@
 
 #include "reduced/reduced_model.h"
 
+/// @file
 /// What passes between the two sides of a closed loop besides CAN frames, and what both say of how
 /// a call went. Plain values: in one process they go through a SensorChannel, between processes
 /// over a network.

@@ -5,18 +5,18 @@
 
 #include "firmware_sim/bus/bus.h"
 
-/// A station that counts the frames it passes, both ways, and the bits they take on a wire
-/// (firmware_sim/bus/bus_load.h). At the master's station of a bus with drives alone that is all of
-/// the traffic.
-
 namespace mantle::loop {
 
+/// Frames that a station has passed, and the bits that they take on a wire.
 struct BusTraffic {
   std::uint64_t frames{0};
   std::uint64_t bits{0};        ///< with the stuff bits that the frames' content needs
   std::uint64_t worst_bits{0};  ///< with the most stuff bits that frames of their sizes can need
 };
 
+/// A station that counts the frames it passes, both ways, and the bits they take on a wire
+/// (firmware_sim/bus/bus_load.h). At the master's station of a bus with drives alone that is all of
+/// the traffic.
 class MeteredBus final : public firmware_sim::Bus {
  public:
   /// `bus` must outlive this one.

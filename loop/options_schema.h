@@ -3,6 +3,7 @@
 #include "loop/options.h"
 #include "model/schema.h"
 
+/// @file
 /// The keys of the table [drives].
 
 namespace mantle::loop {

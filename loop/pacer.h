@@ -2,12 +2,11 @@
 
 #include <cstdint>
 
+namespace mantle::loop {
+
 /// Keeps a loop on the wall clock: turn k begins at t0 + k period (CLOCK_MONOTONIC, absolute, so
 /// that lateness does not add up). A turn that begins late is counted; the next ones keep their
 /// times.
-
-namespace mantle::loop {
-
 class Pacer {
  public:
   explicit Pacer(std::int64_t period_us) : period_us_(period_us) {}

@@ -5,6 +5,7 @@
 
 #include "loop/messages.h"
 
+/// @file
 /// The way of the sensor messages from the plant side to the control side, and its in-memory form.
 
 namespace mantle::loop {

@@ -82,7 +82,7 @@ class VehicleSide : public DrivenVehicle {
 struct VehicleParts {
   const reduced::ReducedModel& model;  ///< as the controller knows it
   const model::Mismatch& mismatch;     ///< by which the scene has it differ from the model
-  const std::vector<reduced::Actuator>& motors;
+  const std::vector<reduced::Actuator>& motors;  ///< motor i is node i + 1
   const DriveOptions& drives;
   const controller::SensorOptions& sensors;
   firmware_sim::Bus& bus;  ///< its station

@@ -11,12 +11,11 @@
 #include "loop/messages.h"
 #include "loop/metered_bus.h"
 
+namespace mantle::loop {
+
 /// The CAN bus between the two sides of a loop that run in one process, each with its own station.
 /// Time is simulated whatever the bus: with one that takes wall time every exchange is waited for
 /// (lock_step_bus.h).
-
-namespace mantle::loop {
-
 class Wire {
  public:
   /// `spec` as OpenBus takes it. A frame of a bus that takes wall time is waited for `timeout_us`.

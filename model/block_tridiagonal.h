@@ -6,12 +6,6 @@
 #include <limits>
 #include <vector>
 
-/// O(N) direct solver for block-tridiagonal matrices, eliminated from the last block to the first,
-/// so that what remains at block 0 is the Schur complement on the end that joins the rest of a
-/// robot.
-///
-///   A_ii' = A_ii - A_i,i+1 W_i+1,   W_i = A_ii'^-1 A_i,i-1
-
 namespace mantle::model {
 
 /// Inverse of a 3x3 block by cofactors, of a 6x6 block by 3x3 Schur complements; where the leading
@@ -35,6 +29,15 @@ int NegativeEigenvaluesOf(const Eigen::Matrix<double, B, B>& pivot) {
   return static_cast<int>((solver.eigenvalues().array() < -kNeutral).count());
 }
 
+/// O(N) direct solver for block-tridiagonal matrices, eliminated from the last block to the first,
+/// so that what remains at block 0 is the Schur complement on the end that joins the rest of a
+/// robot.
+///
+///   A_ii' = A_ii - A_i,i+1 W_i+1,   W_i = A_ii'^-1 A_i,i-1
+///
+/// Blocks are B x B: 6 for the nodes of an arm, 3 for those of the mantle. Vectors are stacked
+/// block by block. Fill `diagonal`, `upper` and `lower`, Factor() once, then Eliminate() and
+/// Substitute() every right-hand side.
 template <int B>
 class BlockTridiagonal {
  public:

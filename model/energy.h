@@ -5,6 +5,7 @@
 
 #include "model/plant.h"
 
+/// @file
 /// Energies, powers and works by name, assembled element by element and load by load, independently
 /// of the integrator and of the assembled force vector. The semi-discrete power balance is
 ///
@@ -23,6 +24,9 @@
 
 namespace mantle::model {
 
+/// Energies of a robot at one instant [J], in the earth's frame. kinetic_water_j is what added
+/// mass, contained water and lateral added mass hold, less than zero where a body is held in a
+/// stream. Gravity is not among them: its loads do work, which EnergyAccount has.
 struct Energies {
   double kinetic_solid_j{0}, kinetic_water_j{0}, elastic_arms_j{0}, elastic_mantle_j{0};
   double total() const {
@@ -34,6 +38,9 @@ struct Energies {
 /// In the earth's frame; `work` from EvaluateForces at that state.
 Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work);
 
+/// Powers, works and dissipation of a run by name: the terms of the power balance (energy.h). A
+/// step sums them by its own quadrature: Begin(), EvaluatePowers() and Accumulate() at every stage,
+/// Commit() once the step stands.
 class EnergyAccount {
  public:
   explicit EnergyAccount(const Plant& plant);
@@ -67,7 +74,7 @@ class EnergyAccount {
   /// dT/dt + dV/dt + dissipation - powers [W] and the sum of the magnitudes of all of these, at the
   /// instant of the last EvaluatePowers, with the semi-discrete acceleration of that state.
   struct Balance {
-    double residual_w, scale_w;
+    double residual_w, scale_w;  ///< what does not cancel, and what it is relative to
   };
   Balance EvaluateBalance(const Plant& plant, const PlantState& state, const PlantWork& work,
                           const VectorX& acceleration);

@@ -4,6 +4,7 @@
 
 #include "model/robot.h"
 
+/// @file
 /// What drives a robot at one instant: the values of its schedules, or what a controller and its
 /// drives put in their place.
 
@@ -11,10 +12,10 @@ namespace mantle::model {
 
 /// What drives the cables: a tension, or a reel.
 struct CableInput {
-  bool reeled{false};
+  bool reeled{false};  ///< the law of the reel holds; else tension_n is given
   double tension_n{0};
   double reel_m{0}, reel_rate_m_s{0};  ///< absolute reel length (rest length + change) and rate
-  double stiffness_n_m{0}, damping_n_s_m{0};
+  double stiffness_n_m{0}, damping_n_s_m{0};  ///< of the reeled cable
 };
 
 /// Tension [N] of a cable of this length and rate; a reeled cable goes slack instead of pushing.
@@ -24,13 +25,13 @@ double CableTension(const CableInput& input, double length_m, double rate_m_s);
 struct PlantInputs {
   std::vector<CableInput> cables;   ///< arms in order, cables in order; then the mantle's spokes
   std::vector<double> distributed;  ///< arms in order, loads in order
-  std::vector<double> points;
-  std::vector<double> strips_pa;
-  double normal_pressure_pa{0};
-  double gravity_scale{1};  ///< load stepping in statics: of every load of a field
-  Pose root_pose;           ///< prescribed root only
-  Vector6 root_twist{Vector6::Zero()};
-  Vector6 root_acceleration{Vector6::Zero()};
+  std::vector<double> points;       ///< arms in order, point wrenches in order
+  std::vector<double> strips_pa;    ///< the mantle's, in order; inward
+  double normal_pressure_pa{0};     ///< inside minus outside
+  double gravity_scale{1};          ///< load stepping in statics: of every load of a field
+  Pose root_pose;                   ///< prescribed root only
+  Vector6 root_twist{Vector6::Zero()};         ///< prescribed root: body frame [rad/s, m/s]
+  Vector6 root_acceleration{Vector6::Zero()};  ///< its components' rates [rad/s^2, m/s^2]
 };
 
 /// Values of all schedules at time t; `from_left` as in Value(). `cable_rest_m`: lengths at rest

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+/// @file
 /// SO(3) and SE(3): hat, exponential, logarithm, adjoints, the tangent operator and its inverse.
 ///
 /// Conventions. 6-vectors are (angular, linear), in the body frame. A pose g = (R, p) maps body to
@@ -26,8 +27,8 @@ using Matrix6 = Eigen::Matrix<double, 6, 6>;
 
 /// A pose in SE(3): unit quaternion and position [m].
 struct Pose {
-  Eigen::Quaterniond rotation{Eigen::Quaterniond::Identity()};
-  Vector3 position{Vector3::Zero()};
+  Eigen::Quaterniond rotation{Eigen::Quaterniond::Identity()};  ///< R, body to world
+  Vector3 position{Vector3::Zero()};                            ///< p, of the body's origin [m]
 
   static Pose Identity() { return {}; }
 };
@@ -101,8 +102,8 @@ Vector6 TangentOperatorInverseTimes(const Vector6& d, const Vector6& x);
 
 /// exp(d^) and Jr(d) x in one go: the pose and body twist of a chart's coordinates and their rates.
 struct PoseAndTwist {
-  Pose pose;
-  Vector6 twist;
+  Pose pose;      ///< exp(d^)
+  Vector6 twist;  ///< Jr(d) x
 };
 PoseAndTwist ExpAndTangent(const Vector6& d, const Vector6& x);
 

@@ -5,15 +5,15 @@
 
 #include "model/magnetic_load.h"
 
+/// @file
 /// Loads on a section of an arm: each a pure value that returns a wrench density (per unit
 /// reference length, section frame) from the section's geometry and its absolute pose and twist.
 /// The plant sums them over nodes, the reduced model projects the same functions at its quadrature
 /// points. Added mass is not here: it belongs in the inertia ([physics.md] 2, errata 1 and 2).
 ///
 /// Every load, here and in root_loads.h and mantle_loads.h, also says
-///   From        itself, where the scene names its effect (a new load needs no more than that and
-///   its
-///               place in a list of types below),
+///   From        itself, where the scene names its effect (a new load needs no more than that
+///               and its place in a list of types below),
 ///   kField      whether it comes from a field that load stepping scales with everything else,
 ///   Scale       which factors of a Mismatch it takes,
 ///   Name        under what name (and so at which place) it reports its power,
@@ -30,9 +30,9 @@ inline constexpr const char* kBuoyancyName = "buoyancy";
 /// rho_b A R^T G (weight), -rho_w A R^T G (buoyancy); erratum 4. Kept as one load with the
 /// difference of the densities, so that a neutral body feels exactly nothing.
 struct GravityLoad {
-  Vector3 gravity_m_s2;
+  Vector3 gravity_m_s2;                            ///< G, world frame
   double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named
-  int weight_place{-1}, buoyancy_place{-1};
+  int weight_place{-1}, buoyancy_place{-1};        ///< see PowerNames
 
   static std::optional<GravityLoad> From(const Arm& arm, const Water& water,
                                          const Effects& effects);
@@ -50,8 +50,8 @@ struct GravityLoad {
 /// -rho_w |v| h diag(pi/2 C_x, C_y, C_z) v ([Renda] 2.6, [physics.md] 2).
 struct DragLoad {
   double water_density_kg_m3;
-  Vector3 coefficients;
-  int place{-1};
+  Vector3 coefficients;  ///< C_x, C_y, C_z
+  int place{-1};         ///< see PowerNames
 
   static std::optional<DragLoad> From(const Arm& arm, const Water& water, const Effects& effects);
   static constexpr bool kField = false;
@@ -68,9 +68,9 @@ struct DragLoad {
 /// direction shape(X), in the section frame (follower) or the world frame (dead), per unit of the
 /// schedule's value, by which the caller scales density and tangent.
 struct DistributedLoad {
-  Vector6 direction;
-  double base, tip, length_m;
-  LoadFrame frame;
+  Vector6 direction;           ///< [N m/m, N/m]
+  double base, tip, length_m;  ///< shape = base + (tip - base) X / length
+  LoadFrame frame;             ///< of `direction`
 
   Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;

@@ -2,6 +2,8 @@
 
 #include "model/section.h"
 
+namespace mantle::model {
+
 /// A body with a magnetic moment m, fixed in it, in a uniform field B fixed in the world: the
 /// torque
 ///
@@ -9,13 +11,10 @@
 ///
 /// per length on the sections of an arm, and on the root. Its potential is -m . R^T B; there is no
 /// force in a uniform field (Jackson, Classical Electrodynamics, 3rd ed., 5.7).
-
-namespace mantle::model {
-
 struct MagneticLoad {
-  Vector3 moment;  ///< [A m] per length of an arm, [A m^2] of the root; body frame
-  Vector3 field_t;
-  int place{-1};
+  Vector3 moment;   ///< [A m] per length of an arm, [A m^2] of the root; body frame
+  Vector3 field_t;  ///< B, world frame
+  int place{-1};    ///< see PowerNames
 
   static constexpr bool kField = true;
   static std::optional<MagneticLoad> Make(const Vector3& moment, const Effects& effects) {
@@ -37,6 +36,8 @@ struct MagneticLoad {
   }
 };
 
+/// On the sections of every arm, MagneticField::arm_moment_a_m: a SectionLoad, whose density is the
+/// torque per length [N].
 struct MagneticSectionLoad : MagneticLoad {
   static std::optional<MagneticSectionLoad> From(const Arm&, const Water&, const Effects& e) {
     const auto& field = e.magnetic_field;
@@ -56,6 +57,7 @@ struct MagneticSectionLoad : MagneticLoad {
   }
 };
 
+/// On the root, MagneticField::root_moment_a_m2: a RootLoad, whose wrench is the torque [N m].
 struct MagneticRootLoad : MagneticLoad {
   static std::optional<MagneticRootLoad> From(const Robot& robot) {
     const auto& field = robot.effects.magnetic_field;

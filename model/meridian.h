@@ -4,11 +4,14 @@
 
 #include "model/robot.h"
 
+/// @file
 /// The reference meridian of a mantle: r*(X), z*(X), theta*(X), built from lines and arcs, and the
 /// nodes on it.   r*' = cos(theta*),  z*' = sin(theta*),  theta*' = curvature of the piece.
 
 namespace mantle::model {
 
+/// A point of the reference meridian: r*, z* in the root frame, and theta*, the slope from e_r
+/// towards e3.
 struct MeridianPoint {
   double r_m, z_m, theta_rad;
 };

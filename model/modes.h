@@ -4,12 +4,15 @@
 
 #include "model/plant.h"
 
+/// @file
 /// Vibration modes about a state of rest: (K - omega^2 M) x = 0 with the plant's own tangent and
 /// mass, by inverse iteration on a block with Rayleigh-Ritz, in O(N) per sweep. Viscosity and loads
 /// that depend on velocity do not enter; constant loads (pressure, weight, tensions at t = 0) do.
 
 namespace mantle::model {
 
+/// One vibration x cos(omega t) about the state of rest, or the growth that takes its place where
+/// the stiffness is negative.
 struct Mode {
   double angular_frequency_rad_s;  ///< 0 where the state is unstable in this mode
   VectorX shape;                   ///< laid out as v, mass-normalised; sign: largest entry positive

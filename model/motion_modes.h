@@ -5,6 +5,7 @@
 
 #include "model/plant.h"
 
+/// @file
 /// The linearised motion about a state of rest, with viscosity, drag under a current, added mass
 /// and loads that follow the body:
 ///
@@ -17,6 +18,8 @@
 
 namespace mantle::model {
 
+/// One motion x exp(lambda t) about the state of rest: a damped vibration, an overdamped
+/// relaxation, or a growing one.
 struct MotionMode {
   std::complex<double> rate_1_s;  ///< lambda; of a conjugate pair the one with imaginary part >= 0
   Eigen::VectorXcd shape;         ///< laid out as v; its largest entry is 1

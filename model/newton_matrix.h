@@ -7,8 +7,10 @@
 #include "model/plant.h"
 #include "model/strain_chain.h"
 
-/// The iteration matrix of implicit steps and of statics, in body increments zeta (g exp(zeta^), q
-/// + zeta), factored and solved in O(N):
+namespace mantle::model {
+
+/// The iteration matrix of implicit steps and of statics, in body increments zeta
+/// (g exp(zeta^), q + zeta), factored and solved in O(N):
 ///
 ///   A = s^2 M - K - s D,   K = df/dzeta,  D = df/dv,  s = 1/(gamma h)   (s = 0: statics, A = -K)
 ///
@@ -21,9 +23,6 @@
 /// (centrifugal forces, lateral drag), how damping tension, jet and drag change with the shape, and
 /// the chart's own terms inside elements. One correction then leaves 1e-3 to 1e-2 of the error on a
 /// swimming robot (tests/model/newton_matrix_test.cc measures it).
-
-namespace mantle::model {
-
 class NewtonMatrix {
  public:
   explicit NewtonMatrix(const Plant& plant);

@@ -2,14 +2,17 @@
 
 #include "model/plant.h"
 
+/// @file
 /// Quantities of the whole vehicle in the earth's frame, computed from a state on demand.
 
 namespace mantle::model {
 
+/// Mass, centre of mass and linear momentum of the solid alone (arms, wall, rigid body; no added
+/// mass), in the world; the water's current is in the momentum.
 struct SolidMotion {
   double mass_kg{0};
-  Vector3 centre_m{Vector3::Zero()};
-  Vector3 momentum_kg_m_s{Vector3::Zero()};  ///< of the solid
+  Vector3 centre_m{Vector3::Zero()};         ///< of mass
+  Vector3 momentum_kg_m_s{Vector3::Zero()};  ///< linear
 };
 SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state);
 

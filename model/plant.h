@@ -10,6 +10,7 @@
 #include "model/rod.h"
 #include "model/shell.h"
 
+/// @file
 /// The full model: a Robot discretised, its state, and the semi-discrete equations
 ///
 ///   q_dot = B(q) v,     M(q) v_dot = f(q, v, t)                                   ([physics.md] 4)
@@ -22,13 +23,15 @@
 ///
 /// Coupling. Exact (default): poses and twists of the arms are absolute, the root's balance
 /// receives what node 0 of every arm feels, and the mantle's axial motion couples through the mass.
-/// Frozen
-/// ([Renda] 3.3): poses and twists of the arms are relative to the root, bodies do not feel the
-/// root's acceleration, and the root integrates the locked inertia.
+/// Frozen ([Renda] 3.3): poses and twists of the arms are relative to the root, bodies do not feel
+/// the root's acceleration, and the root integrates the locked inertia.
 
 namespace mantle::model {
 
-
+/// The full model of a robot: meshes, inertias and loads, made once and constant from then on. What
+/// changes is in PlantState, PlantInputs and PlantWork, and the equations are free functions of
+/// those (plant.h has the equations and the layout of the vectors). Throughout, arms, cables, loads
+/// and strips keep the order that the robot has them in.
 class Plant {
  public:
   /// Throws BadRobot.
@@ -37,16 +40,16 @@ class Plant {
   /// As described, but for the bodies' factors of its mismatch, which are applied; the loads below
   /// have taken the others.
   Robot robot;
-  std::vector<Rod> rods;
-  std::optional<Shell> shell;
-  MantleWaterOptions water_options;
-  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone
+  std::vector<Rod> rods;                   ///< of the robot's arms
+  std::optional<Shell> shell;              ///< of its mantle
+  MantleWaterOptions water_options;        ///< of the mantle, from the effects
+  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone, about the root's origin
   Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact
   std::vector<RootLoad> root_loads;
   std::vector<MantleLoad> mantle_loads;
   PowerNames power_names;    ///< of every load, cable and constraint; what is not named is not here
   int constraint_place{-1};  ///< of a root that is not free
-  double body_length_m{0};
+  double body_length_m{0};   ///< errors are relative to it; the robot's, or its reference shape's
   std::vector<double> cable_rest_m;  ///< lengths at rest, as the inputs' cables
 
   bool exact() const { return robot.coupling == Coupling::kExact; }
@@ -75,9 +78,9 @@ class Plant {
 /// Poses [0] = root, then arms' nodes 0..N; shape = mantle nodes; velocity flat.
 struct PlantState {
   double time_s{0};
-  std::vector<Pose> pose;
-  std::vector<Vector3> shape;
-  VectorX velocity;
+  std::vector<Pose> pose;      ///< body to world (frozen coupling: arms to root) [m]
+  std::vector<Vector3> shape;  ///< (r, z, theta) [m, m, rad]
+  VectorX velocity;            ///< v [rad/s, m/s]; mantle [m/s, m/s, rad/s]
 };
 
 /// The reference shape where the root is at time t (EvaluateRootMotion), moving with it as a rigid
@@ -105,12 +108,12 @@ ValueAndBound PrintBeyond(double value, double bound);
 /// Why a state could not be evaluated: body, node or element, cause, and what to do about it. All
 /// text has static life, or the plant's.
 struct EvaluationFailure {
-  const char* body{nullptr};
-  int node{-1};
-  const char* cause{nullptr};
-  double value{0}, bound{0};
-  const char* part{"node"};  ///< what `node` counts
-  const char* advice{nullptr};
+  const char* body{nullptr};    ///< name of the arm or mantle
+  int node{-1};                 ///< or element; -1: the whole body
+  const char* cause{nullptr};   ///< null: the state could be evaluated
+  double value{0}, bound{0};    ///< unit as in `cause`
+  const char* part{"node"};     ///< what `node` counts
+  const char* advice{nullptr};  ///< what to do about it, or null
 
   explicit operator bool() const { return cause != nullptr; }
   std::string Message() const;
@@ -120,22 +123,22 @@ struct EvaluationFailure {
 struct PlantWork {
   explicit PlantWork(const Plant& plant);
 
-  VectorX force;                             ///< f(q, v, t)
-  std::vector<std::vector<Vector6>> twist;   ///< per arm and node, the twist loads see
-  std::vector<std::vector<Pose>> load_pose;  ///< frozen coupling only: absolute poses
-  std::vector<std::vector<RodElementState>> rod;
-  std::vector<ShellElementState> shell;
-  std::vector<Vector3> volume_gradient;
-  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
-  Matrix6 root_mass{Matrix6::Zero()};  ///< M_rr
+  VectorX force;                                  ///< f(q, v, t)
+  std::vector<std::vector<Vector6>> twist;        ///< per arm and node, the twist loads see
+  std::vector<std::vector<Pose>> load_pose;       ///< frozen coupling only: absolute poses
+  std::vector<std::vector<RodElementState>> rod;  ///< per arm and element
+  std::vector<ShellElementState> shell;           ///< per element of the mantle
+  std::vector<Vector3> volume_gradient;           ///< dU/d(r, z, theta) per node [m^2]
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;  ///< as the inputs' cables
+  Matrix6 root_mass{Matrix6::Zero()};                                   ///< M_rr
   MantleInertia mantle_inertia;
-  CavityMoments cavity;
-  double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};
+  CavityMoments cavity;  ///< where the scene names an effect that needs it
+  double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};  ///< U, U_dot; Q, T
   double radial_flux_m3_s{0};  ///< part of the volume's rate that radial velocity makes
-  double mean_axial_speed_m_s{0}, mantle_drag_n{0}, max_radius_m{0};
+  double mean_axial_speed_m_s{0}, mantle_drag_n{0}, max_radius_m{0};  ///< of AxialDragLoad
   Vector6 root_twist_in_arm{Vector6::Zero()};
-  std::vector<Vector3> scratch, gradient_scratch;
-  VectorX flat;
+  std::vector<Vector3> scratch, gradient_scratch;  ///< one per node of the mantle
+  VectorX flat;                                    ///< scratch, laid out as v
 };
 
 /// Fills `work`. No allocation.

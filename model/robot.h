@@ -8,6 +8,7 @@
 #include "model/lie.h"
 #include "model/schedule.h"
 
+/// @file
 /// What a robot is: plain values, entered once, from which the plant and the reduced model are
 /// built. The robot is a star ([physics.md] 1): a root frame (free, clamped or with prescribed
 /// motion) that carries any number of arms, at most one mantle, and at most one rigid body. SI
@@ -26,30 +27,34 @@ struct Material {
   double shear_pa() const { return young_pa / (2.0 * (1.0 + poisson)); }
 };
 
+/// The water around the robot: at rest or in a uniform current (Effects::current_m_s), without a
+/// surface or a bottom.
 struct Water {
   double density_kg_m3{1022};
 };
 
-/// Tension that pulls on a cable: given, or from a reeled length with elasticity,
-/// u = max(0, k (l - l_reel) + d (l_dot - l_reel_dot)) ([physics.md] 2).
+/// Tension that pulls on a cable, given as a function of time.
 struct GivenTension {
   Schedule tension_n;
 };
+/// Tension that pulls on a cable from a reeled length with elasticity, u = max(0, k (l - l_reel) +
+/// d (l_dot - l_reel_dot)) ([physics.md] 2).
 struct ReeledLength {
   Schedule length_change_m;  ///< l_reel minus the cable's length at rest; negative pulls
-  double stiffness_n_m{0};
-  double damping_n_s_m{0};
+  double stiffness_n_m{0};   ///< k
+  double damping_n_s_m{0};   ///< d
 };
+/// What pulls on a cable.
 using CableDrive = std::variant<GivenTension, ReeledLength>;
 
 /// A cable along an arm at offset d(X) = fraction h(X) (0, cos a, sin a), a = angle + turns 2 pi
 /// X/L, from the base to `end_m` (arc length).
 struct ArmCable {
   std::string name;
-  double fraction{0.6};
-  double angle_rad{0};
-  double turns{0};
-  double end_m{0};
+  double fraction{0.6};  ///< of the section's radius, 0 to 1
+  double angle_rad{0};   ///< in the section, from y towards z
+  double turns{0};       ///< about the arm over its whole length
+  double end_m{0};       ///< arc length
   CableDrive drive;
   /// Any path instead: points (X, y, z) [m], X ascending; offsets linear between them, constant
   /// beyond the ends. `fraction`, `angle_rad` and `turns` are then not used.
@@ -62,19 +67,19 @@ enum class LoadFrame { kBody, kWorld };  ///< follower, or dead
 /// shape = base + (tip - base) X/L.
 struct DistributedWrench {
   std::string name;
-  Vector6 direction{Vector6::Zero()};
+  Vector6 direction{Vector6::Zero()};  ///< [N m/m, N/m], in `frame`
   double base{1}, tip{1};
-  LoadFrame frame{LoadFrame::kBody};
-  Schedule schedule;
+  LoadFrame frame{LoadFrame::kBody};  ///< of the section, or the world
+  Schedule schedule;                  ///< a factor
 };
 
 /// Wrench at arc length `at_m` [N m, N].
 struct PointWrench {
   std::string name;
   double at_m{0};
-  Vector6 wrench{Vector6::Zero()};
+  Vector6 wrench{Vector6::Zero()};  ///< in `frame`, at the section's centre
   LoadFrame frame{LoadFrame::kWorld};
-  Schedule schedule;
+  Schedule schedule;  ///< a factor
 };
 
 /// A tapered circular Cosserat rod, straight along +x of its base frame or curved at rest.
@@ -84,7 +89,7 @@ struct Arm {
   double length_m{0};
   double radius_base_m{0}, radius_tip_m{0};
   Material material;
-  double shear_correction{1};
+  double shear_correction{1};  ///< k of the shear stiffness k G A
   /// Sections given as a diagonal instead of from material and geometry (torsion, bending y, z,
   /// stretch, shear y, z); constant along the arm.
   std::optional<Vector6> stiffness;            ///< [N m^2, N]
@@ -94,7 +99,7 @@ struct Arm {
   Vector3 curvature_tip{Vector3::Zero()};      ///< ... and tip, linear between
   Vector3 drag_coefficients{Vector3::Zero()};  ///< C_x, C_y, C_z
   double added_mass_coefficient{0};            ///< B_b
-  int elements{20};
+  int elements{20};                            ///< of equal length, but for nodes moved to `points`
   std::vector<ArmCable> cables;
   std::vector<DistributedWrench> distributed;
   std::vector<PointWrench> points;
@@ -120,7 +125,7 @@ enum class ShellEnd {
 /// Inward radial dead load per reference area on X in [from, to] ([physics.md] 3, erratum 12).
 struct StripPressure {
   std::string name;
-  double from_m{0}, to_m{0};
+  double from_m{0}, to_m{0};  ///< arc lengths of the meridian
   Schedule pressure_pa;
 };
 
@@ -128,7 +133,7 @@ struct StripPressure {
 /// strip.
 struct SpokeCable {
   std::string name;
-  double from_m{0}, to_m{0};
+  double from_m{0}, to_m{0};  ///< arc lengths of the meridian
   int spokes{8};
   CableDrive drive;
 };
@@ -137,34 +142,36 @@ struct SpokeCable {
 struct Mantle {
   std::string name;
   double r0_m{0}, z0_m{0}, theta0_rad{0};  ///< meridian at X = 0
-  std::vector<MeridianPiece> pieces;
+  std::vector<MeridianPiece> pieces;       ///< end to end, from X = 0
   double half_thickness_m{0};
   Material material;
-  ShellEnd start{ShellEnd::kClamped}, end{ShellEnd::kFree};
-  int elements{64};
+  ShellEnd start{ShellEnd::kClamped}, end{ShellEnd::kFree};  ///< at X = 0, and at the other end
+  int elements{64};                                          ///< of the plant's mesh
   /// Last over first element length along the whole meridian (> 1: finer at X = 0).
   double grading{1};
   /// Arc lengths that must be nodes, besides piece ends and strips.
   std::vector<double> stations_m;
   double nozzle_radius_m{0};
-  int outlets{1}, inlets{3};
+  int outlets{1}, inlets{3};         ///< nozzles that the water leaves and enters by
   double added_mass_coefficient{0};  ///< B_s
   double drag_coefficient{0};        ///< C_d
   std::vector<StripPressure> strips;
   std::vector<SpokeCable> spokes;
-  double initial_radial_speed_m_s{0};
+  double initial_radial_speed_m_s{0};  ///< outwards, of every node that is free
 };
 
+/// A solid cone of one density with its apex at the root's origin and its axis along -e3.
 struct Cone {
   double radius_m{0}, height_m{0}, density_kg_m3{0};
 };
 /// Mass properties about the root origin: Inertia (6x6, symmetric), displaced volume, centroid.
 struct GivenInertia {
   double mass_kg{0};
-  Vector3 centre_m{Vector3::Zero()};
-  Matrix3 inertia_kg_m2{Matrix3::Zero()};  ///< about the centre of mass
+  Vector3 centre_m{Vector3::Zero()};       ///< of mass, and of buoyancy; root frame
+  Matrix3 inertia_kg_m2{Matrix3::Zero()};  ///< about the centre of mass, root frame
   double volume_m3{0};
 };
+/// The rigid body that the root carries: its mass properties, by shape or as numbers.
 struct RigidBody {
   std::string name;
   std::variant<Cone, GivenInertia> shape;
@@ -175,42 +182,52 @@ struct ClampedRoot {};
 /// Displacement sum_i axis_i schedule_i(t) [m] and rotation about a fixed world axis [rad].
 struct PrescribedRoot {
   std::optional<Schedule> x_m, y_m, z_m, angle_rad;
-  Vector3 rotation_axis{Vector3::UnitZ()};
+  Vector3 rotation_axis{Vector3::UnitZ()};  ///< world frame
 };
 using RootMotion = std::variant<FreeRoot, ClampedRoot, PrescribedRoot>;
 
+/// The flux Q of the jet law: the rate of the enclosed volume, or its part by the wall's radial
+/// velocity.
 enum class FluxReading { kVolume, kRadial };
+/// Where the thrust acts: all over the wall, or on the dome in proportion to its axial projection,
+/// the hole's share on the root.
 enum class ThrustPlace { kUniform, kDome };
+/// The effect of the jet, T = -rho_w Q |Q| / A_n along +e3 (JetLoad in model/mantle_loads.h has the
+/// law).
 struct JetThrust {
   FluxReading flux{FluxReading::kVolume};
   ThrustPlace place{ThrustPlace::kUniform};
   double runaway_n{10};  ///< a thrust beyond this stops the run: the jet law has run away
 };
+/// The effect of a pressure on the mantle's wall.
 struct NormalPressure {
   Schedule pressure_pa;  ///< inside minus outside, follows the wall
 };
+/// The effect of strip-theory drag across the mantle's axis: per height -1/2 rho_w C 2 r |u| u, u
+/// the axis' lateral velocity.
 struct LateralDrag {
-  double coefficient{1.1};
+  double coefficient{1.1};  ///< C
 };
+/// The effect of drag against turning about e3: the moment -c omega3 |omega3|.
 struct RollDrag {
-  double coefficient_n_m_s2{1.2e-3};
+  double coefficient_n_m_s2{1.2e-3};  ///< c
 };
 /// Quadratic drag of the rigid body at `centre_m`: -1/2 rho_w |v_n| v_n (C A) per direction.
 struct RigidDrag {
-  double lateral_coefficient{1.1}, axial_coefficient{1.0};
-  std::optional<double> lateral_area_m2, axial_area_m2;  ///< default: the cone's projections
+  double lateral_coefficient{1.1}, axial_coefficient{1.0};  ///< C
+  std::optional<double> lateral_area_m2, axial_area_m2;     ///< default: the cone's projections
 };
 
 /// Uniform, steady, fixed in the world; moments in the frames of the bodies that carry them.
 struct MagneticField {
-  Vector3 field_t{Vector3::Zero()};
-  Vector3 root_moment_a_m2{Vector3::Zero()};
-  Vector3 arm_moment_a_m{Vector3::Zero()};  ///< per length, of every arm
+  Vector3 field_t{Vector3::Zero()};           ///< world frame
+  Vector3 root_moment_a_m2{Vector3::Zero()};  ///< root frame
+  Vector3 arm_moment_a_m{Vector3::Zero()};    ///< per length, of every arm; section frame
 };
 
 /// The effects a scene names. Absent means not computed and not stored.
 struct Effects {
-  Vector3 gravity_m_s2{0, 0, -9.81};
+  Vector3 gravity_m_s2{0, 0, -9.81};  ///< world frame
   bool weight{false}, buoyancy{false}, drag{false}, added_mass{false}, viscosity{false};
   bool contained_water{false}, lateral_added_mass{false};
   std::optional<JetThrust> jet_thrust;
@@ -222,6 +239,7 @@ struct Effects {
   std::optional<Vector3> current_m_s;  ///< uniform steady water velocity, world frame
 };
 
+/// How arms and mantle are coupled to the root: in full, or as [Renda] 3.3 has it (model/plant.h).
 enum class Coupling { kExact, kFrozen };
 
 /// Factors by which a robot differs from its description, as a plant does from a controller's
@@ -235,6 +253,8 @@ struct Mismatch {
   }
 };
 
+/// A whole robot as a scene describes it, from which Plant and ReducedModel are made: root, bodies,
+/// effects, and how its plant differs from it.
 struct Robot {
   std::string name;
   Water water;

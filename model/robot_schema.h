@@ -3,6 +3,7 @@
 #include "model/robot.h"
 #include "model/schema.h"
 
+/// @file
 /// The keys of a robot: its root, bodies, materials, loads and effects.
 
 namespace mantle::model {

@@ -7,10 +7,6 @@
 #include "model/robot.h"
 #include "model/rod_element.h"
 
-/// An arm discretised: N elements of constant strain between N+1 nodes. Node 0 is the base. Mass is
-/// lumped with linear shape functions (total mass and first moment exact); section quantities are
-/// integrated exactly over each element, so taper costs no accuracy beyond the mesh's order, h^2.
-
 namespace mantle::model {
 
 /// A robot that cannot be: names the value and the bound. `path` is completed by the scene reader.
@@ -18,6 +14,8 @@ struct BadRobot : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
+/// A node of an arm with the mass that is lumped on it; or, from ArmSection, a section with its
+/// share of the arm's length.
 struct RodNode {
   double weight_m{0};                ///< integral of the node's shape function
   SectionGeometry section;           ///< means with that weight
@@ -35,8 +33,8 @@ struct RodNode {
 /// Where a cable crosses an element: position and slope of its path in the section frame, at the
 /// midpoint of the covered part, and that part's share of the element.
 struct CablePiece {
-  Vector3 offset_m, slope;
-  double share;
+  Vector3 offset_m, slope;  ///< y and z; d(offset)/dX
+  double share;             ///< 0 to 1
 };
 
 /// Section of an arm at arc length x, as the scene describes it: strain at rest, diagonals of
@@ -51,6 +49,7 @@ RodNode ArmSection(const Arm& arm, const Water& water, const Effects& effects, d
 /// Path of a cable at arc length x, with share 1.
 CablePiece ArmCablePath(const Arm& arm, const ArmCable& cable, double x_m);
 
+/// A cable of an arm on the arm's mesh.
 struct RodCable {
   std::string name;
   std::vector<CablePiece> pieces;  ///< elements 0, 1, ... up to the cable's end
@@ -59,20 +58,25 @@ struct RodCable {
   int power_place{-1};  ///< see PowerNames; as of every load here
 };
 
+/// A point wrench at the node of its place.
 struct RodPoint {
   int node;
   PointWrench load;
   int power_place{-1};
 };
 
+/// An arm discretised: N elements of constant strain between N+1 nodes. Node 0 is the base. Mass is
+/// lumped with linear shape functions (total mass and first moment exact); section quantities are
+/// integrated exactly over each element, so taper costs no accuracy beyond the mesh's order, h^2.
 struct Rod {
   std::string name;
-  Pose mount;
-  std::vector<double> x_m;  ///< arc length of nodes
-  std::vector<RodElement> elements;
-  std::vector<RodNode> nodes;
-  std::vector<Pose> reference;  ///< nodal poses at rest, in the base frame
-  std::vector<SectionLoad> loads;
+  Pose mount;                        ///< base frame in the root frame
+  std::vector<double> x_m;           ///< arc length of nodes
+  std::vector<RodElement> elements;  ///< N, from the base
+  std::vector<RodNode> nodes;        ///< N + 1
+  std::vector<Pose> reference;       ///< nodal poses at rest, in the base frame
+  std::vector<SectionLoad> loads;    ///< of the effects, on every node
+  /// A distributed wrench, with the schedule by which it is scaled.
   struct Distributed {
     std::string name;
     DistributedLoad load;

@@ -2,6 +2,7 @@
 
 #include "model/lie.h"
 
+/// @file
 /// One element of a Cosserat rod between two nodal poses, with constant strain.
 ///
 ///   d = log(g1^-1 g2),   xi = d / l,   d_dot = Jr^-1(d) eta2 - Jl^-1(d) eta1     ([Renda] eq. 3)
@@ -13,22 +14,25 @@
 
 namespace mantle::model {
 
+/// What is constant of an element: its length and the linear law of its section. Strains and their
+/// diagonals are in the order torsion, bending y, z [rad/m], stretch, shear y, z [1].
 struct RodElement {
   double length{0};                           ///< reference length l [m]
   Vector6 reference_strain{Vector6::Zero()};  ///< xi*
-  Vector6 stiffness{Vector6::Zero()};         ///< diagonal of Sigma, mean over the element
-  Vector6 viscosity{Vector6::Zero()};         ///< diagonal of Upsilon; zero without the effect
+  Vector6 stiffness{Vector6::Zero()};  ///< diagonal of Sigma, mean over the element [N m^2, N]
+  Vector6 viscosity{Vector6::Zero()};  ///< diagonal of Upsilon [N m^2 s, N s]; zero without effect
 };
 
 /// Largest rotation across an element [rad]: beyond it the logarithm nears its branch cut at pi and
 /// the mesh is far too coarse for the shape anyway. A state beyond is refused.
 inline constexpr double kMaxElementRotation = 2.8;
 
+/// What an element computes from its nodes' poses and twists.
 struct RodElementState {
   RodElementState() : even(Vector6::Zero()) {}
-  Vector6 d{Vector6::Zero()};
-  Vector6 d_dot{Vector6::Zero()};
-  EvenTangentInverse even;
+  Vector6 d{Vector6::Zero()};      ///< log(g1^-1 g2) [rad, m]
+  Vector6 d_dot{Vector6::Zero()};  ///< [rad/s, m/s]
+  EvenTangentInverse even;         ///< E(d)
 
   Vector6 Strain(const RodElement& e) const { return d / e.length; }
   Vector6 StrainRate(const RodElement& e) const { return d_dot / e.length; }
@@ -57,7 +61,7 @@ inline void AddRodElementForces(const RodElementState& s, const Vector6& sigma, 
 
 /// Blocks of -(df/dzeta + damping_scale df/deta), for body increments g_i exp(zeta_i^) and twists.
 struct RodElementTangent {
-  Matrix6 a11, a12, a21, a22;
+  Matrix6 a11, a12, a21, a22;  ///< row: the node whose force, column: the node that moves
 };
 
 /// `cable_tangent` (6x6) is d sigma_cable / d d; `rates` tells whether viscosity is active.

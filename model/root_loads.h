@@ -2,6 +2,7 @@
 
 #include "model/loads.h"
 
+/// @file
 /// Loads on the root and on the rigid body that it carries: values that return a wrench about the
 /// root's origin, in its frame, from its pose and its twist relative to the water ([Renda] 2.6,
 /// [physics.md] 3). Plant, iteration matrix, energy accounts and reduced model walk one list of
@@ -11,10 +12,10 @@ namespace mantle::model {
 
 /// Weight and buoyancy of the rigid body, (m - rho_w V) R^T G at its centre.
 struct RigidGravityLoad {
-  Vector3 gravity_m_s2;
-  double mass_kg, displaced_kg;  ///< zero where the effect is not named
-  Vector3 centre_m;
-  int weight_place{-1}, buoyancy_place{-1};
+  Vector3 gravity_m_s2;                      ///< G, world frame
+  double mass_kg, displaced_kg;              ///< zero where the effect is not named
+  Vector3 centre_m;                          ///< root frame
+  int weight_place{-1}, buoyancy_place{-1};  ///< see PowerNames
 
   static std::optional<RigidGravityLoad> From(const Robot& robot);
   static constexpr bool kField = true;
@@ -29,7 +30,7 @@ struct RigidGravityLoad {
 /// -c omega3 |omega3| about e3.
 struct RollDragLoad {
   double coefficient_n_m_s2;
-  int place{-1};
+  int place{-1};  ///< see PowerNames
 
   static std::optional<RollDragLoad> From(const Robot& robot);
   static constexpr bool kField = false;
@@ -45,9 +46,9 @@ struct RollDragLoad {
 /// height of the projection's centroid, and along e3.
 struct RigidDragLoad {
   double water_density_kg_m3;
-  double lateral_coefficient, axial_coefficient;
-  double lateral_area_m2, axial_area_m2, height_m;
-  int place{-1};
+  double lateral_coefficient, axial_coefficient;    ///< C, laterally and along e3
+  double lateral_area_m2, axial_area_m2, height_m;  ///< A, and where the lateral drag acts on e3
+  int place{-1};                                    ///< see PowerNames
 
   static std::optional<RigidDragLoad> From(const Robot& robot);
   static constexpr bool kField = false;

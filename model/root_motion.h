@@ -2,6 +2,7 @@
 
 #include "model/robot.h"
 
+/// @file
 /// Where the root is and how it moves, for every body and both models from this one place: at the
 /// start of a run, and at any time where it is clamped or prescribed. With x_0, R_0 the robot's
 /// pose, s_i and alpha the schedules of a prescribed root, n its axis and c the uniform current,
@@ -15,8 +16,9 @@
 
 namespace mantle::model {
 
+/// Where the root is and how it moves at one instant, in the frame that drifts with the current.
 struct RootKinematics {
-  Pose pose;
+  Pose pose;                              ///< body to world [m]
   Vector6 twist{Vector6::Zero()};         ///< body frame [rad/s, m/s]
   Vector6 acceleration{Vector6::Zero()};  ///< rate of the twist's components [rad/s^2, m/s^2]
 };

@@ -4,6 +4,7 @@
 #include "model/simulation.h"
 #include "model/statics.h"
 
+/// @file
 /// The keys of a run in time and of statics.
 
 namespace mantle::model {

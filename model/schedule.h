@@ -4,11 +4,14 @@
 #include <variant>
 #include <vector>
 
-/// Scalar functions of time that drive loads, cables and prescribed motion. Their kinks and jumps
-/// are reported as break points, with which every integrator aligns its steps ([physics.md] 7).
+/// @file
+/// Scalar functions of time that drive loads, cables and prescribed motion, in the unit of what
+/// they drive. Their kinks and jumps are reported as break points, with which every integrator
+/// aligns its steps ([physics.md] 7).
 
 namespace mantle::model {
 
+/// The same value at all times.
 struct ConstantSchedule {
   double value{0};
 };
@@ -58,7 +61,7 @@ bool IsConstant(const Schedule& schedule);
 
 /// The first time after t = 0 at which the value itself jumps, and by how much.
 struct ScheduleJump {
-  double time_s, size;
+  double time_s, size;  ///< the value from the right minus that from the left
 };
 std::optional<ScheduleJump> FirstJump(const Schedule& schedule);
 

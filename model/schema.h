@@ -12,6 +12,7 @@
 
 #include "model/lie.h"
 
+/// @file
 /// How an owner of options describes them, once. Beside its struct it has a function
 ///
 ///   void Describe(schema::Visitor& v, Gait& gait) {
@@ -64,7 +65,7 @@ enum class Quantity {
 struct Range {
   double low{-std::numeric_limits<double>::infinity()};
   double high{std::numeric_limits<double>::infinity()};
-  bool low_open{false};
+  bool low_open{false};  ///< `low` itself is not allowed
 
   bool Contains(double x) const { return (low_open ? x > low : x >= low) && x <= high; }
 };
@@ -115,6 +116,7 @@ class Visitor {
   using Branch = std::function<void()>;
   using Body = std::function<void(Visitor&)>;
   using Names = std::vector<std::string_view>;
+  /// One of several keys that exclude each other, and the visit that reads it.
   struct Alternative {
     std::string_view key;
     Branch visit;

@@ -10,11 +10,9 @@
 #include "model/plant.h"
 #include "model/stepper.h"
 
-/// A run: steps aligned with break points and output times, retried at half the step where they
-/// fail, with energies and indices accounted. Plain values out; no files here.
-
 namespace mantle::model {
 
+/// How long a run is, how it steps and what it accounts: the tables [time] and [output] of a scene.
 struct RunSettings {
   double duration_s{1};
   double step_s{0.01};      ///< of the fixed-step integrators; CVODE's longest step
@@ -28,16 +26,16 @@ struct RunSettings {
 /// current added back, but for the energetic index, which is of the motion through the water.
 struct Sample {
   double time_s{0};
-  Pose root;
-  Vector6 root_twist{Vector6::Zero()};
-  Vector6 root_acceleration{Vector6::Zero()};  ///< rate of root_twist's components
-  std::vector<Pose> tips;
-  std::vector<Vector6> tip_twists;
-  Vector3 centre_of_mass_m{Vector3::Zero()};
-  Vector6 momentum{Vector6::Zero()};  ///< of solid and added mass (EvaluateMomentum)
-  double volume_m3{0}, volume_rate_m3_s{0}, thrust_n{0};
+  Pose root;                                   ///< body to world [m]
+  Vector6 root_twist{Vector6::Zero()};         ///< body frame [rad/s, m/s]
+  Vector6 root_acceleration{Vector6::Zero()};  ///< rate of root_twist's components [rad/s^2, m/s^2]
+  std::vector<Pose> tips;                      ///< of the arms, body to world [m]
+  std::vector<Vector6> tip_twists;             ///< section frame [rad/s, m/s]
+  Vector3 centre_of_mass_m{Vector3::Zero()};   ///< of the solid, world
+  Vector6 momentum{Vector6::Zero()};           ///< EvaluateMomentum [kg m^2/s, kg m/s]
+  double volume_m3{0}, volume_rate_m3_s{0}, thrust_n{0};  ///< enclosed by the mantle; the jet's
   Energies energies;
-  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;  ///< as the inputs' cables
   double index_output_w{0};  ///< W_o = eta_r^T M_r eta_r_dot ([physics.md] 5)
   double index_input_w{0};   ///< W_i, positive part of the stress power of shell and arms
   /// Of power_balance_scale_w: the sum of all powers' magnitudes at this instant, or, where those
@@ -53,17 +51,18 @@ Sample ObserveState(const Plant& plant, const PlantState& state, const PlantWork
 
 /// The energetic index in every reading ([physics.md] 5), over all steps of the run.
 struct EnergeticIndex {
-  double mean_of_ratio{0};           ///< time mean of W_o / W_i where W_i > 0
-  double ratio_of_means{0};          ///< mean W_o / mean W_i
-  double positive_mean_of_ratio{0};  ///< time mean of max(W_o, 0) / W_i where W_i > 0
-  double positive_ratio_of_means{0};
-  double mean_output_w{0}, mean_input_w{0};
+  double mean_of_ratio{0};                   ///< time mean of W_o / W_i where W_i > 0
+  double ratio_of_means{0};                  ///< mean W_o / mean W_i
+  double positive_mean_of_ratio{0};          ///< time mean of max(W_o, 0) / W_i where W_i > 0
+  double positive_ratio_of_means{0};         ///< mean max(W_o, 0) / mean W_i
+  double mean_output_w{0}, mean_input_w{0};  ///< W_o, W_i
 };
 
+/// What a run has come to: how it ended, its figures and its last sample.
 struct RunResult {
   bool ok{false};
-  std::string reason;  ///< what stopped it: time, body, node, cause
-  double sim_time_s{0};
+  std::string reason;    ///< what stopped it: time, body, node, cause
+  double sim_time_s{0};  ///< reached
   StepCounters counters;
   double power_balance_residual{0};  ///< largest over the samples (exact coupling)
   double power_balance_scale_w{0};   ///< what it is relative to, at that sample
@@ -74,9 +73,9 @@ struct RunResult {
   std::vector<std::string> warnings;  ///< what looks wrong, and what to do about it
   EnergeticIndex index;
   Sample last;
-  std::vector<std::string> work_names;
-  std::vector<double> work_j;
-  double dissipated_j{0};
+  std::vector<std::string> work_names;  ///< as EnergyAccount::names
+  std::vector<double> work_j;           ///< since t = 0
+  double dissipated_j{0};               ///< by viscosity, since t = 0
 };
 
 /// Where a run starts: InitialState with the arms' initial modes moving.
@@ -85,6 +84,8 @@ PlantState StartState(const Plant& plant);
 /// Not ok, in words, where the jet's thrust exceeds the scene's bound: its law has run away.
 StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n);
 
+/// A run: steps aligned with break points and output times, retried at half the step where they
+/// fail, with energies and indices accounted. Plain values out; no files here.
 class Simulation {
  public:
   /// Throws BadRobot; std::runtime_error where an explicit step is beyond its stability limit.

@@ -5,6 +5,7 @@
 
 #include "model/plant.h"
 
+/// @file
 /// Stability of an equilibrium. Where every load has a potential the tangent is symmetric, and the
 /// unstable directions are its negative eigenvalues, counted by the inertia of the block
 /// factorisation. Where loads follow the body, or depend on its attitude as drag in a current does,
@@ -20,6 +21,7 @@ class StaticProblem;
 enum class StabilityTest { kInertia, kLinearisedMotion };
 const char* ToString(StabilityTest test);  ///< "inertia", "linearised motion"
 
+/// Whether an equilibrium is stable, and by which test.
 struct Stability {
   StabilityTest test{StabilityTest::kInertia};
   /// Directions in which the potential falls, or growing motions (a flutter counts twice); -1 where

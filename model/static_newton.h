@@ -5,6 +5,8 @@
 #include "model/newton_matrix.h"
 #include "model/static_problem.h"
 
+namespace mantle::model {
+
 /// Newton's iteration for one equilibrium, at a fixed load factor or on a plane across the path
 /// (Keller's pseudo arc length), with affine-covariant damping: with A the tangent of the iterate,
 /// a step alpha A^-1 f is taken only where the natural level falls,
@@ -12,9 +14,6 @@
 ///   |A^-1 f(after)| <= (1 - alpha / 4) |A^-1 f(before)|        (Deuflhard, Newton Methods, 3.3)
 ///
 /// The level is a length, whatever the stiffnesses: no scaling of forces enters.
-
-namespace mantle::model {
-
 class StaticNewton {
  public:
   enum class Outcome {
@@ -30,7 +29,7 @@ class StaticNewton {
 
   /// Last converged equilibrium; the caller may set them to go on from elsewhere.
   StaticState state;
-  double load_factor{0};
+  double load_factor{0};  ///< lambda of `state`
   /// Adds shift^2 M [1/s^2] to the tangent that iterates (not to the equations): where the robot
   /// can turn about an axis of symmetry for nothing, the tangent is singular.
   double shift_1_s{0};

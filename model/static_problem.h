@@ -2,6 +2,24 @@
 
 #include "model/newton_matrix.h"
 
+namespace mantle::model {
+
+/// What inputs become at a load factor, but for a current.
+void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs);
+
+/// A state of rest with the change of d = l xi of every element from its reference, per arm: read
+/// back from poses of size 1 the strains would carry the round-off of those, 1e-16 / l, and EA
+/// times that is 1e-4 N where EA = 1e10 N.
+struct StaticState : PlantState {
+  std::vector<std::vector<Vector6>> extension;  ///< per arm and element [rad, m]
+};
+
+/// An increment: of the nodes (body increments, laid out as v) and of the elements' d (6 each, arm
+/// after arm), the one to first order what the other is.
+struct StaticStep {
+  VectorX zeta, strain;  ///< [rad, m]; of the mantle's nodes [m, m, rad]
+};
+
 /// The equations of statics: f(q, lambda) = 0, the plant's own forces on a robot at rest in the
 /// earth, with every load and actuation at one instant scaled by a load factor lambda.
 ///
@@ -19,26 +37,6 @@
 /// exp(zeta^); but the stress after the step is exactly the one the linearisation foresaw. Moving
 /// each node by itself instead stretches elements by the square of the rotation, which in a rod of
 /// high EA L^2/EI drowns every other force and costs Newton hundreds of iterations.
-///
-/// The state keeps what the strains differ from rest by: read back from poses of size 1 they would
-/// carry the round-off of those, 1e-16 / l, and EA times that is 1e-4 N where EA = 1e10 N.
-
-namespace mantle::model {
-
-/// What inputs become at a load factor, but for a current.
-void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs);
-
-/// A state of rest with the change of d = l xi of every element from its reference, per arm.
-struct StaticState : PlantState {
-  std::vector<std::vector<Vector6>> extension;
-};
-
-/// An increment: of the nodes (body increments, laid out as v) and of the elements' d (6 each, arm
-/// after arm), the one to first order what the other is.
-struct StaticStep {
-  VectorX zeta, strain;
-};
-
 class StaticProblem {
  public:
   /// Throws BadRobot where the root is free. Keeps a reference to `plant`.

@@ -7,10 +7,6 @@
 #include "model/energy.h"
 #include "model/plant.h"
 
-/// Time integration of q_dot = B(q) v, M v_dot = f(q, v, t) behind one seam. A step never crosses a
-/// break point of a schedule (the caller aligns them); inputs at the end of a step are their limits
-/// from the left.
-
 namespace mantle::model {
 
 enum class Integrator {
@@ -25,17 +21,20 @@ enum class Integrator {
 /// controllers use to set cable inputs. Empty: the scene's schedules alone.
 using InputHook = std::function<void(double t_s, bool from_left, PlantInputs* inputs)>;
 
+/// Which integrator, and how accurately it solves its equations.
 struct StepperSettings {
   Integrator integrator{Integrator::kSdirk2};
   /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths, for
   /// steps of 10 ms and longer; in proportion to the step below, so that velocities keep theirs.
   double newton_tolerance{1e-8};
-  int newton_max_iterations{12};
+  int newton_max_iterations{12};    ///< of one stage
   double relative_tolerance{1e-6};  ///< CVODE
   double absolute_tolerance{1e-8};  ///< CVODE, in rad, body lengths, and per second
-  InputHook input_hook;
+  InputHook input_hook;             ///< may be empty
 };
 
+/// What a stepper has done since it was made: steps taken and steps rejected, Newton's iterations,
+/// factorisations of the iteration matrix, evaluations of the forces.
 struct StepCounters {
   long steps{0}, rejected{0}, newton_iterations{0}, factorisations{0}, evaluations{0};
 };
@@ -46,6 +45,9 @@ struct StepStatus {
   std::string reason;
 };
 
+/// Time integration of q_dot = B(q) v, M v_dot = f(q, v, t) behind one seam. A step never crosses a
+/// break point of a schedule (the caller aligns them); inputs at the end of a step are their limits
+/// from the left.
 class Stepper {
  public:
   virtual ~Stepper() = default;

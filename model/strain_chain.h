@@ -4,23 +4,9 @@
 
 #include "model/rod_element.h"
 
-/// O(N) direct solver for the tangent of an arm whose root is held, in the strains of its elements.
-///
-/// With h = Jl^-1 zeta_i-1 the increment of an element's d and of its outer node are
-///   delta_i = Jr^-1 zeta_i - h,   zeta_i = Jr (delta_i + h),
-/// the element's forces change by -(Jr^-T C + G2) delta on the outer and +(Jl^-T C + G1) delta on
-/// the inner node (C material and cables, G how the transport of the stress turns). All that lies
-/// outboard of node i answers with P_i zeta_i; eliminating from the tip,
-///   M = C + Jr^T G2 + Q,  Q = Jr^T P_i Jr,  delta_i = M^-1 (Jr^T p_i - Q h),
-///   P_i-1 = N_i-1 + (Jl^-T C + G1) M^-1 Q Jl^-1,   p_i-1 = f_i-1 + (Jl^-T C + G1) M^-1 Jr^T p_i,
-/// N the nodes' own blocks (loads, inertia). Stiff strains make M large and drop out: nothing of
-/// size EA / l is subtracted from its like, as it is where nodes are eliminated, which leaves the
-/// bending of a rod with EA L^2 / EI = 1e10 in the round-off of its stretch. The M are the pivots
-/// of the tangent in the coordinates delta.
-
 namespace mantle::model {
 
-/// An element about rest: what its two nodes' forces do under delta.
+/// An element about rest: what its two nodes' forces do under delta (symbols as in StrainChain).
 struct StrainElement {
   Matrix6 material;      ///< C
   Matrix6 turn1, turn2;  ///< G1, G2
@@ -34,12 +20,25 @@ StrainElement LinearStrainElement(const RodElement& e, const RodElementState& s,
                                   const Vector6& sigma, const Matrix6* cable_tangent,
                                   double damping_scale);
 
+/// O(N) direct solver for the tangent of an arm whose root is held, in the strains of its elements.
+///
+/// With h = Jl^-1 zeta_i-1 the increment of an element's d and of its outer node are
+///   delta_i = Jr^-1 zeta_i - h,   zeta_i = Jr (delta_i + h),
+/// the element's forces change by -(Jr^-T C + G2) delta on the outer and +(Jl^-T C + G1) delta on
+/// the inner node (C material and cables, G how the transport of the stress turns). All that lies
+/// outboard of node i answers with P_i zeta_i; eliminating from the tip,
+///   M = C + Jr^T G2 + Q,  Q = Jr^T P_i Jr,  delta_i = M^-1 (Jr^T p_i - Q h),
+///   P_i-1 = N_i-1 + (Jl^-T C + G1) M^-1 Q Jl^-1,   p_i-1 = f_i-1 + (Jl^-T C + G1) M^-1 Jr^T p_i,
+/// N the nodes' own blocks (loads, inertia). Stiff strains make M large and drop out: nothing of
+/// size EA / l is subtracted from its like, as it is where nodes are eliminated, which leaves the
+/// bending of a rod with EA L^2 / EI = 1e10 in the round-off of its stretch. The M are the pivots
+/// of the tangent in the coordinates delta.
 class StrainChain {
  public:
   explicit StrainChain(int elements = 0);
 
-  std::vector<StrainElement> elements;
-  std::vector<Matrix6> nodes;  ///< N_0 ... N_n; N_0 is not used
+  std::vector<StrainElement> elements;  ///< from the base
+  std::vector<Matrix6> nodes;           ///< N_0 ... N_n; N_0 is not used
 
   /// False where a pivot is singular or not finite.
   bool Factor();

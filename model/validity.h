@@ -5,6 +5,7 @@
 
 #include "model/plant.h"
 
+/// @file
 /// How far a computed shape can be trusted: what the model's assumptions (a linear material law, a
 /// mantle that stays axisymmetric) would not show by themselves. What no solid can do at all is
 /// refused by the plant's evaluation.
@@ -15,6 +16,7 @@ namespace mantle::model {
 /// of silicones is off by tens of per cent there.
 inline constexpr double kLargeStrain = 0.3;
 
+/// The largest strain of a robot, and where it is.
 struct LargestStrain {
   double value{0};   ///< absolute, of a fibre
   std::string body;  ///< empty where the robot has no soft body
@@ -31,15 +33,15 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work);
 /// meridian length L goes into lobes under uniform external pressure (R. von Mises, VDI-Z 58, 1914;
 /// D. F. Windenburg, C. Trilling, Trans. ASME 56, 1934), alpha = pi R / L:
 ///
-///   p = E t / (R (n^2 - 1)) [alpha^4 / (n^2 + alpha^2)^2 + t^2 (n^2 + alpha^2 - 1)^2 / (12 R^2 (1
-///   - nu^2))]
+///   p = E t / (R (n^2 - 1)) [alpha^4 / (n^2 + alpha^2)^2 +
+///                            t^2 (n^2 + alpha^2 - 1)^2 / (12 R^2 (1 - nu^2))]
 ///
 /// with its ends held round; alpha -> 0, n = 2 where nothing holds them. The axisymmetric model
 /// cannot see this.
 struct LobedBuckling {
   double free_pa{0};  ///< nothing holds the ends round: E t^3 / (4 (1 - nu^2) R^3)
   double held_pa{0};  ///< both ends held round
-  int held_lobes{2};
+  int held_lobes{2};  ///< n at held_pa
 };
 LobedBuckling FindLobedBuckling(const Shell& shell);
 

@@ -7,13 +7,6 @@
 #include "model/rod.h"
 #include "reduced/strain_basis.h"
 
-/// An arm reduced to strain coordinates: a chain of intervals of exponential kinematics between
-/// sections, where the loads and inertia of model/loads.h and model/rod.h are taken.
-///
-///   g_k = g_{k-1} exp(Omega_k),  Omega_k = h xi (constant strain, exact), or Magnus' fourth order
-///   Omega_k = h/2 (xi_1 + xi_2) + (sqrt(3)/12) h^2 [xi_1, xi_2] at two Gauss points;
-///   K_q = int B^T Sigma B dX,  D_q = int B^T Upsilon B dX  (constant: the material is linear).
-
 namespace mantle::reduced {
 
 using model::Pose;
@@ -24,26 +17,31 @@ using model::VectorX;
 /// Columns of a group, by rows: the coordinates are the inner loop.
 using Columns = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// A stretch of a ReducedArm with one exponential: Omega = h xi where the strain is constant,
+/// Magnus' fourth order (a commutator of the strains at two Gauss points) where it is not.
 struct Interval {
-  int group{0};
-  int section{-1};  ///< at its end, or -1
-  double length_m{0}, end_m{0};
+  int group{0};                        ///< of StrainBasis, whose coordinates it moves with
+  int section{-1};                     ///< at its end, or -1
+  double length_m{0}, end_m{0};        ///< h; arc length of its end
   Vector6 reference{Vector6::Zero()};  ///< Omega at rest (constant strain only)
   Columns basis;                       ///< dOmega/dq of the group (its constant part)
-  bool magnus{false};
-  Columns basis1, basis2;                                  ///< B at the two Gauss points
+  bool magnus{false};                  ///< Magnus' fourth order; else constant strain
+  Columns basis1, basis2;              ///< B at the two Gauss points
   Vector6 rest1{Vector6::Zero()}, rest2{Vector6::Zero()};  ///< xi* there
   double kappa{0};                                         ///< sqrt(3)/12 h^2
 };
 
+/// A quadrature point along a cable: the length of the path per arc length there, times its weight.
 struct CablePoint {
-  int group;
-  model::CablePiece piece;
+  int group;                  ///< of StrainBasis, whose coordinates it depends on
+  model::CablePiece piece;    ///< the path there
   model::RodElement element;  ///< only its length, the quadrature weight, is used
-  Vector6 reference;          ///< weight xi*
+  Vector6 reference;          ///< weight xi* [rad, m]
   Columns basis;              ///< weight B
 };
 
+/// A cable of a ReducedArm: its length is length_offset_m plus the sum over the points, so that at
+/// rest it is the plant's.
 struct ReducedCable {
   std::vector<CablePoint> points;
   double length_offset_m{0};  ///< plant's rest length minus this quadrature's
@@ -52,27 +50,34 @@ struct ReducedCable {
   double distance_integral_m2{0};
 };
 
+/// A point wrench at the end of an interval.
 struct ReducedPoint {
   int interval;  ///< whose end carries it; -1: the base
   model::PointWrench load;
 };
 
+/// An arm reduced to strain coordinates: a chain of intervals of exponential kinematics between
+/// sections, where the loads and inertia of model/loads.h and model/rod.h are taken.
+///
+///   g_k = g_{k-1} exp(Omega_k),  Omega_k = h xi (constant strain, exact), or Magnus' fourth order
+///   Omega_k = h/2 (xi_1 + xi_2) + (sqrt(3)/12) h^2 [xi_1, xi_2] at two Gauss points;
+///   K_q = int B^T Sigma B dX,  D_q = int B^T Upsilon B dX  (constant: the material is linear).
 struct ReducedArm {
   ArmReduction reduction;
   StrainBasis basis;
-  Pose mount;
-  std::vector<Interval> intervals;
+  Pose mount;                       ///< base frame in the root frame
+  std::vector<Interval> intervals;  ///< from the base to the tip
   int dynamic_intervals{
       0};  ///< up to the last section or point load; the rest only reaches the tip
-  std::vector<model::RodNode> sections;
-  int base_section{-1};  ///< at X = 0, fixed to the root (plant's nodes only)
-  std::vector<model::SectionLoad> loads;
-  std::vector<model::DistributedLoad> distributed;
-  std::vector<ReducedPoint> points;
-  std::vector<ReducedCable> cables;
-  bool needs_rotation{false};  ///< some load depends on the orientation in the world
-  Eigen::MatrixXd stiffness, damping;
-  bool viscous{false};
+  std::vector<model::RodNode> sections;   ///< with their shares of length, from the base
+  int base_section{-1};                   ///< at X = 0, fixed to the root (plant's nodes only)
+  std::vector<model::SectionLoad> loads;  ///< the plant's, on every section
+  std::vector<model::DistributedLoad> distributed;  ///< in the robot's order, on every section
+  std::vector<ReducedPoint> points;                 ///< in the robot's order
+  std::vector<ReducedCable> cables;                 ///< in the robot's order
+  bool needs_rotation{false};          ///< some load depends on the orientation in the world
+  Eigen::MatrixXd stiffness, damping;  ///< K_q, D_q
+  bool viscous{false};                 ///< D_q is not zero
 
   int size() const { return basis.size(); }
 };

@@ -2,6 +2,7 @@
 
 #include "reduced/arm_composite.h"
 
+/// @file
 /// The columns of reduced/arm_dynamics.h and their products with composite matrices. Columns are
 /// stored by rows (6 x C), so that the C coordinates of a group are the inner loop of every
 /// operation.

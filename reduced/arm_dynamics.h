@@ -3,6 +3,7 @@
 #include "reduced/arm.h"
 #include "reduced/tangent_jet.h"
 
+/// @file
 /// Inverse dynamics of a reduced arm and its exact derivatives, by recursion along the chain.
 ///
 /// All quantities are expressed in the root frame, at the root's origin, as seen from an inertial
@@ -24,22 +25,24 @@ inline constexpr int kMostColumns = 6 * 13;
 
 /// What the arm's evaluation reads: pointers into the model's state and inputs.
 struct ArmMotion {
-  const double *q, *q_dot, *q_ddot;
-  Vector6 root_twist, root_acceleration;
-  Eigen::Quaterniond root_rotation;
-  double gravity_scale;
-  const model::CableInput* cables;
-  const double *distributed, *points;
+  const double *q, *q_dot, *q_ddot;       ///< the arm's own, size() each
+  Vector6 root_twist, root_acceleration;  ///< body frame [rad/s, m/s; rad/s^2, m/s^2]
+  Eigen::Quaterniond root_rotation;       ///< root to world
+  double gravity_scale;                   ///< of loads of a field
+  const model::CableInput* cables;        ///< the arm's, in order
+  const double *distributed, *points;     ///< the arm's factors, in order
 };
 
+/// What EvaluateArm computes of one interval and LineariseArm reads again; motion and wrenches of
+/// its end are in the root frame, at the root's origin.
 struct IntervalState {
-  Vector6 omega, omega_dot, omega_ddot;
-  TangentJet jet;
-  TangentCoefficients coefficients;
-  Matrix3 rotation;  ///< of h_k
-  Vector3 position;
-  Vector6 twist, acceleration;  ///< V_k, A_k
-  Vector6 own_wrench;           ///< w_k
+  Vector6 omega, omega_dot, omega_ddot;  ///< Omega_k [rad, m] and its rates
+  TangentJet jet;                        ///< exp(Omega_k), T_k and its rates
+  TangentCoefficients coefficients;      ///< of `jet`
+  Matrix3 rotation;                      ///< of h_k
+  Vector3 position;                      ///< of h_k [m]
+  Vector6 twist, acceleration;           ///< V_k, A_k
+  Vector6 own_wrench;                    ///< w_k
   Vector6 internal;  ///< of it, loads whose reaction the root carries (model::IsInternal)
   Vector6 wrench, body_wrench;          ///< W_k, and in the frame of the interval's end
   Vector6 stress;                       ///< T_k^T body_wrench, conjugate to Omega_k
@@ -57,16 +60,17 @@ struct GroupSums {
   Columns mass, damping, stiffness, rate, rotation;
 };
 
+/// Everything that one evaluation of an arm computes; allocated once by the constructor.
 struct ArmWork {
   explicit ArmWork(const ReducedArm& arm);
 
-  std::vector<IntervalState> at;
-  Vector6 base_wrench;  ///< of the base section, and (after the call) the total on the root
-  VectorX residual;     ///< R_q
-  bool has_internal{false};
-  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
-  std::vector<VectorX> cable_gradient;  ///< dl/dq
-  std::vector<GroupSums> groups;
+  std::vector<IntervalState> at;  ///< per interval
+  Vector6 base_wrench;       ///< of the base section, and (after the call) the total on the root
+  VectorX residual;          ///< R_q
+  bool has_internal{false};  ///< a follower load acts
+  std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;  ///< the arm's, in order
+  std::vector<VectorX> cable_gradient;                                  ///< dl/dq
+  std::vector<GroupSums> groups;                                        ///< as StrainBasis::groups
 };
 
 /// Poses of the interval ends relative to the root, without dynamics; for lifting and outputs.

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+/// @file
 /// Dense kernels of the step's Newton matrix and of its derivatives, for a few dozen unknowns,
 /// where the packing of a general library's blocked algorithms costs more than the arithmetic.
 ///

@@ -2,6 +2,7 @@
 
 #include "reduced/mantle.h"
 
+/// @file
 /// The loads of model/mantle_loads.h on the reduced mantle: their laws, projected on its shapes.
 ///
 /// AddToResidual subtracts a load from R_s (work->residual) and R_root (work->root_wrench);

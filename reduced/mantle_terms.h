@@ -4,6 +4,7 @@
 
 #include "reduced/mantle.h"
 
+/// @file
 /// Parts that the mantle's residual and its derivatives share.
 
 namespace mantle::reduced {
@@ -33,7 +34,7 @@ Eigen::Map<const MantleRows<K, 5>> Fixed(const Eigen::Matrix<double, 5, Eigen::D
 /// model/mantle_inertia.h.
 struct Turn {
   double cross, pitch2;
-  Vector6 cross_by_twist, pitch2_by_twist;
+  Vector6 cross_by_twist, pitch2_by_twist;  ///< derivatives in eta
 };
 inline Turn TurnOf(const Vector6& eta) {
   Turn t;

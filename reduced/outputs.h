@@ -2,6 +2,7 @@
 
 #include "reduced/reduced_model.h"
 
+/// @file
 /// What a controller looks at in a reduced state, with first derivatives: differences of states on
 /// the manifold, places of tips, volume of the mantle.
 

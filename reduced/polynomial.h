@@ -4,20 +4,20 @@
 #include <functional>
 #include <vector>
 
-/// Several polynomials in the mantle's coordinates at once, found from values of the plant's own
-/// functions (volume, moments of inertia, ...), which are exact polynomials of known degree in a
-/// linear space of shapes. No formula is written a second time, and value, gradient and Hessian are
-/// sums over a few dozen monomials (the derivatives' coefficients are made once) instead of a loop
-/// over the mesh.
-
 namespace mantle::reduced {
 
+/// What Polynomials::Evaluate computes at one point; Polynomials::Size gives it its sizes.
 struct PolynomialValues {
   Eigen::VectorXd value;                 ///< per output
   Eigen::MatrixXd gradient;              ///< variables x outputs
   std::vector<Eigen::MatrixXd> hessian;  ///< per output, on demand
 };
 
+/// Several polynomials in the mantle's coordinates at once, found from values of the plant's own
+/// functions (volume, moments of inertia, ...), which are exact polynomials of known degree in a
+/// linear space of shapes. No formula is written a second time, and value, gradient and Hessian are
+/// sums over a few dozen monomials (the derivatives' coefficients are made once) instead of a loop
+/// over the mesh.
 class Polynomials {
  public:
   Polynomials() = default;

@@ -7,6 +7,15 @@
 #include "reduced/arm_dynamics.h"
 #include "reduced/mantle.h"
 
+namespace mantle::reduced {
+
+/// State of the reduced model, in the frame that drifts with the water's current.
+struct ReducedState {
+  double time_s{0};
+  Pose root;     ///< body to world [m]
+  VectorX q, v;  ///< arms' strains [rad/m, 1], mantle's s [kg^(1/2) m]; v as in ReducedModel
+};
+
 /// The reduced model of a Robot: root pose on SE(3), strain coordinates of the arms, shape
 /// coordinates of the mantle, with exact coupling ([physics.md] 4) and the scene's own effects.
 ///
@@ -15,29 +24,21 @@
 /// evaluated as inverse dynamics. K = dR/d(zeta, q), D = dR/dv, M = dR/da and dR/du are exact; the
 /// root's increments zeta are in its body frame (g exp(zeta^)). Poses and twists are taken in a
 /// frame that drifts with the water's uniform current, as the plant's.
-
-namespace mantle::reduced {
-
-
-struct ReducedState {
-  double time_s{0};
-  Pose root;
-  VectorX q, v;
-};
-
-/// Constants of its own, made from a robot by ReducedPlant (reduced/build/reduced_plant.h); what runs
-/// it needs no more than this.
+///
+/// Here are its constants alone, made from a robot by ReducedPlant (reduced/build/reduced_plant.h);
+/// what runs the model needs no more than this. Nothing in it changes: state, inputs and
+/// ReducedWork do.
 class ReducedModel {
  public:
   ReducedModel(const ReducedModel&) = delete;
   ReducedModel& operator=(const ReducedModel&) = delete;
 
-  model::Robot robot;                ///< as the plant's
-  std::vector<double> cable_rest_m;  ///< as the inputs' cables
-  std::vector<ReducedArm> arms;
-  std::unique_ptr<const ReducedMantle> mantle;
-  std::vector<Actuator> actuators;
-  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< of the rigid body, about the root's origin
+  model::Robot robot;                           ///< as the plant's
+  std::vector<double> cable_rest_m;             ///< as the inputs' cables
+  std::vector<ReducedArm> arms;                 ///< in the robot's order
+  std::unique_ptr<const ReducedMantle> mantle;  ///< null where there is none
+  std::vector<Actuator> actuators;              ///< the motors: one entry of u each
+  Matrix6 rigid_inertia{Matrix6::Zero()};       ///< of the rigid body, about the root's origin
   std::vector<model::RootLoad> root_loads;
   double body_length_m{0};  ///< errors are relative to it
   ReducedState start;       ///< see InitialState
@@ -75,12 +76,13 @@ std::string SizeComplaint(const ReducedModel& model, const ReducedState& state);
 /// (or lengths of their reels), amplitudes, pressures. u has input_count() entries.
 void ApplyControls(const ReducedModel& model, const double* u, model::PlantInputs* inputs);
 
+/// Everything that one evaluation computes; allocated once by the constructor.
 struct ReducedWork {
   explicit ReducedWork(const ReducedModel& model);
 
-  std::vector<ArmWork> arms;
+  std::vector<ArmWork> arms;       ///< in the robot's order
   std::vector<MantleWork> mantle;  ///< none or one
-  VectorX residual;
+  VectorX residual;                ///< R, laid out as v
 };
 
 /// Where an evaluation failed: the body and the cause, both with static life; null where it did

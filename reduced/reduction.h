@@ -6,9 +6,6 @@
 #include <string_view>
 #include <vector>
 
-/// How a robot is reduced ([physics.md] 8): plain values that a scene's table [reduced] gives and
-/// reduced/ builds from.
-
 namespace mantle::reduced {
 
 enum class BasisKind { kConstant, kLegendre };
@@ -25,18 +22,20 @@ inline constexpr StrainChoice kBendingTorsion = {true, true, true, false, false,
 inline constexpr StrainChoice kFourStrains = {true, true, true, true, false, false};
 inline constexpr StrainChoice kSixStrains = {true, true, true, true, true, true};
 
+/// Which strains an arm keeps, and where its loads and inertia are summed.
 struct ArmReduction {
   BasisKind basis{BasisKind::kConstant};
   int segments{4};                     ///< constant: equal segments, unless ends are given
   std::vector<double> segment_ends_m;  ///< ascending, the last one the arm's length
   int degree{3};                       ///< Legendre
-  StrainChoice strains{kFourStrains};
+  StrainChoice strains{kFourStrains};  ///< which vary; the others stay as at rest
   SectionRule rule{SectionRule::kGaussRadau};
   int points{3};  ///< per segment; for Legendre, per piece of 1/(degree + 1) of the arm
 };
 
+/// Which shapes the mantle keeps, and how finely its forces are summed over it.
 struct MantleReduction {
-  int modes{1};
+  int modes{1};  ///< lowest vibration modes of the clamped mantle
   /// Pressures [Pa] on the actuated strip whose equilibria are shapes; several strips (or sets of
   /// spokes) give one shape each. Not given: 160 and 325 Pa, or two more modes where the mantle has
   /// no strip.
@@ -59,6 +58,7 @@ struct ActuatorTarget {
   int index{0};  ///< into the PlantInputs' list of that kind
   double gain{1};
 };
+/// One motor: its targets take its value times their gains.
 struct Actuator {
   std::string name;
   std::vector<ActuatorTarget> targets;
@@ -71,13 +71,15 @@ int FindCable(const model::Robot& robot, std::string_view name);
 
 enum class StepScheme { kSdirk2, kBackwardEuler };
 
+/// How a robot is reduced ([physics.md] 8): plain values that a scene's table [reduced] gives and
+/// reduced/ builds from.
 struct Reduction {
   std::vector<ArmReduction> arms{ArmReduction{}};  ///< one per arm, or one for all
   MantleReduction mantle;
   /// Empty: one per cable, distributed load and strip, in the plant's order.
   std::vector<Actuator> actuators;
   StepScheme scheme{StepScheme::kSdirk2};
-  double step_s{0.05};
+  double step_s{0.05};     ///< longest; steps also end at output times and break points
   double tolerance{1e-9};  ///< of a step's Newton iteration, see StepSettings
 };
 

@@ -4,6 +4,7 @@
 #include "model/schema.h"
 #include "reduced/reduction.h"
 
+/// @file
 /// The keys of the table [reduced].
 
 namespace mantle::reduced {

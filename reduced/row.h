@@ -2,8 +2,8 @@
 
 #include <cstddef>
 
-/// A row of C numbers kept in registers while multiples of rows in memory are added to it: the
-/// inner loop of the small dense kernels, for functions marked MANTLE_VECTOR_CLONES.
+/// @file
+/// Rows of numbers in registers: the inner loop of the small dense kernels.
 
 #define MANTLE_INLINE inline __attribute__((always_inline))
 
@@ -23,7 +23,8 @@ inline constexpr int kLanes = 4;
 /// `count` rounded up to whole lanes.
 constexpr int Padded(int count) { return (count + kLanes - 1) / kLanes * kLanes; }
 
-/// C is a multiple of kLanes.
+/// A row of C numbers kept in registers while multiples of rows in memory are added to it, for
+/// functions marked MANTLE_VECTOR_CLONES. C is a multiple of kLanes.
 template <int C>
 struct Row {
   static_assert(C > 0 && C % kLanes == 0);

@@ -5,6 +5,7 @@
 #include "reduced/dense.h"
 #include "reduced/reduced_model.h"
 
+/// @file
 /// One step of the reduced model, and its exact derivatives.
 ///
 /// Singly diagonally implicit Runge-Kutta in the chart g exp(theta^) of the step's start, as the
@@ -20,7 +21,7 @@
 
 namespace mantle::reduced {
 
-
+/// Which scheme a step takes, and how accurately its stages are solved.
 struct StepSettings {
   StepScheme scheme{StepScheme::kSdirk2};
   /// Newton stops where the remaining error of an increment is below this: in rad and body lengths
@@ -28,14 +29,15 @@ struct StepSettings {
   /// coordinate's scale for the mantle.
   /// Derivatives are taken at that iterate, and their matrix improves the end state once more.
   double tolerance{1e-9};
-  int max_iterations{25};
+  int max_iterations{25};  ///< of Newton's method, for one stage
 };
 
+/// How a step went: where it failed, in which body and why.
 struct StepOutcome {
   bool ok{true};
   const char* body{nullptr};  ///< static life
   const char* cause{nullptr};
-  int iterations{0};
+  int iterations{0};  ///< of Newton's method, over all stages
 };
 
 /// d(end state)/d(...), rows (zeta, q, v) of the end state: zeta in the body frame of its root.
@@ -50,7 +52,7 @@ struct StepJacobian {
 /// (a plan linearised again), they start its Newton iterations.
 struct StepStages {
   explicit StepStages(const ReducedModel& model);
-  bool known{false};
+  bool known{false};                 ///< they are those of a step that was solved
   std::array<VectorX, 2> increment;  ///< (theta, q - q_0) of each stage
 };
 

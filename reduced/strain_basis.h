@@ -5,24 +5,23 @@
 #include "model/robot.h"
 #include "reduced/reduction.h"
 
+namespace mantle::reduced {
+
+using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+
+/// A stretch of the arm with its own coordinates: a segment, or the whole arm.
+struct StrainGroup {
+  double from_m, to_m;  ///< arc lengths
+  int first, columns;   ///< of its coordinates: place of the first, and how many
+};
+
 /// Strain of an arm from generalised coordinates ([physics.md] 8):
 ///
 ///   xi(X) = xi*(X) + B(X) q
 ///
 /// with B piecewise constant on segments, or Legendre polynomials over the whole arm, in the chosen
 /// strain components (torsion, bending y, z, stretch, shear y, z). Coordinates are strains [rad/m]
-/// and [1]. A group is a stretch of the arm with its own coordinates: a segment, or the whole arm.
-
-namespace mantle::reduced {
-
-using Matrix6X = Eigen::Matrix<double, 6, Eigen::Dynamic>;
-
-
-struct StrainGroup {
-  double from_m, to_m;
-  int first, columns;  ///< of its coordinates
-};
-
+/// and [1].
 class StrainBasis {
  public:
   /// Throws model::BadRobot with "segments", "degree" or "strains", the value and the bound.

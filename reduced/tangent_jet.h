@@ -2,6 +2,7 @@
 
 #include "model/lie.h"
 
+/// @file
 /// The tangent operator T = Jr(Omega(t)) = [F 0; G F] of model/lie.h along a curve Omega(t) in
 /// se(3), with its first two time derivatives, and the relative pose exp(Omega). With
 /// Omega = (w, v), W = w~, s = |w|^2 and Stumpff's functions c_m(s) = sum_k (-s)^k / (2k + m)!,
@@ -20,13 +21,13 @@ using model::Vector6;
 
 /// c_1 ... c_9 at s >= 0.
 struct Stumpff {
-  double c[10];
+  double c[10];  ///< c_m at index m
 };
 Stumpff StumpffFunctions(double s);
 
 /// Values and s-derivatives of c_1, c_2, c_3.
 struct TangentCoefficients {
-  double p[4], b[4], c[4];
+  double p[4], b[4], c[4];  ///< of c_1, c_2, c_3: value and three derivatives each
 };
 TangentCoefficients CoefficientsOf(const Stumpff& stumpff);
 
@@ -50,9 +51,10 @@ struct TangentBlocks {
   }
 };
 
+/// exp(Omega) and T with its rates at one instant of the curve.
 struct TangentJet {
-  Matrix3 rotation;  ///< of exp(Omega)
-  Vector3 position;
+  Matrix3 rotation;                   ///< of exp(Omega)
+  Vector3 position;                   ///< [m]
   TangentBlocks value, rate, second;  ///< T, T_dot, T_ddot (second only on demand)
 };
 

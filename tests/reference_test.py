@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-EVERY_CLASS_IN = ("controller/", "firmware_sim/")
+EVERY_CLASS_IN = ("controller/", "firmware_sim/", "model/", "reduced/", "loop/")
 
 
 def main():

@@ -8,6 +8,8 @@
 #include "loop/messages.h"
 #include "loop/options.h"
 
+namespace mantle::loop {
+
 /// Before t = 0, from what the drives report alone: boot, configuration, enabling, and the end of
 /// every cable's slack, found as a commissioning tool would find it: haul until the torque says
 /// that the cable pulls. Where a reel at x, sliding at v, says a tension T, the slack ended at x -
@@ -16,9 +18,6 @@
 ///
 ///   for (BringUp up(master, winch, drives); !up.done(); )
 ///     up.Turn(now_us), and unless it failed or is done: a SYNC period
-
-namespace mantle::loop {
-
 class BringUp {
  public:
   /// `master` must outlive it.

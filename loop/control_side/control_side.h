@@ -11,15 +11,6 @@
 #include "loop/control_side/motor_master.h"
 #include "loop/messages.h"
 
-/// The control's side of the wire: it would run a vehicle.
-///
-///   Sensors -> estimator -> controller -> limits -> tension loops -> torques -> master -> CAN
-///                                                        ^                        |
-///                                                        +-------- reports --------+
-///
-/// It learns of the vehicle by sensor messages and CAN frames alone; the rest is what it believes:
-/// the reduced model, the drives' data sheet, the motors' gangs.
-
 namespace mantle::loop {
 
 /// What a control side is made of.
@@ -40,6 +31,14 @@ struct ControlCounters {
   std::vector<double> prepare_s, solve_s;  ///< of every plan, by the wall clock
 };
 
+/// The control's side of the wire: it would run a vehicle.
+///
+///   Sensors -> estimator -> controller -> limits -> tension loops -> torques -> master -> CAN
+///                                                        ^                        |
+///                                                        +-------- reports --------+
+///
+/// It learns of the vehicle by sensor messages and CAN frames alone; the rest is what it believes:
+/// the reduced model, the drives' data sheet, the motors' gangs.
 class ControlSide {
  public:
   /// `bus` must outlive it. Throws as MotorMaster and MakeController do.

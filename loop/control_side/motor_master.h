@@ -10,6 +10,8 @@
 #include "loop/messages.h"
 #include "loop/options.h"
 
+namespace mantle::loop {
+
 /// The control side's hand on the motors: the CANopen master of the drives, their bring-up, and
 /// what their reports say of the reels. It knows the vehicle by the frames on its bus alone.
 ///
@@ -21,9 +23,6 @@
 /// Torques given before a SYNC are applied by the drives at it; report(i) is of the last SYNC, so
 /// of the beginning of the period that ended. Nothing allocates after construction but reasons of
 /// failures.
-
-namespace mantle::loop {
-
 class MotorMaster {
  public:
   /// `bus` must outlive it. Motor i is node i + 1. `supervisor`'s period and mode are set here.

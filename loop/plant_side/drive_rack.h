@@ -6,11 +6,10 @@
 #include "firmware_sim/bus/bus.h"
 #include "firmware_sim/drive/drive.h"
 
-/// The drives of a vehicle, nodes 1 to N, behind one station of the bus. Time is an input; nothing
-/// allocates after construction.
-
 namespace mantle::loop {
 
+/// The drives of a vehicle, nodes 1 to N, behind one station of the bus. Time is an input; nothing
+/// allocates after construction.
 class DriveRack {
  public:
   /// Powers the drives up at `start_us`. `bus` must outlive the rack.

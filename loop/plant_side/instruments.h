@@ -7,11 +7,10 @@
 #include "loop/plant_side/sensor_model.h"
 #include "reduced/build/projection.h"
 
-/// The vehicle's instruments, idealised: the plant's state projected on reduced coordinates, and
-/// the cables' lengths, both with the noise, delay and losses of the table [sensors].
-
 namespace mantle::loop {
 
+/// The vehicle's instruments, idealised: the plant's state projected on reduced coordinates, and
+/// the cables' lengths, both with the noise, delay and losses of the table [sensors].
 class Instruments {
  public:
   /// Both must outlive it; `plant` is the one the model reduces, but for mismatch. Throws

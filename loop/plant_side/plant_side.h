@@ -10,16 +10,9 @@
 #include "loop/vehicle_side.h"
 #include "model/simulation.h"
 
-/// The plant's side of the wire: the full plant pulled by the reels of CANopen drives. It knows the
-/// rest of the world by the frames on its bus alone (vehicle_side.h has the order of calls).
-///
-/// Drives and plant advance by turns, in coupling steps of a whole share of the SYNC period
-/// (reel.h): first the drives, with the cable's law about the plant's last state as their load,
-/// then the plant, with the reels' motion as boundary condition. Time is an input, in microseconds
-/// of the drives' clocks. Nothing allocates after construction but the plant's stepper on failure.
-
 namespace mantle::loop {
 
+/// How drives and plant are coupled, and how slack the cables are at first.
 struct PlantSideOptions {
   int coupling_steps{0};         ///< per SYNC period; 0: CouplingSteps()
   double initial_slack_m{0.01};  ///< of every motor's cable, before it is taken up
@@ -39,6 +32,13 @@ struct CouplingWork {
   double stored_j{0};      ///< in the cables, against t = 0
 };
 
+/// The plant's side of the wire: the full plant pulled by the reels of CANopen drives. It knows the
+/// rest of the world by the frames on its bus alone (vehicle_side.h has the order of calls).
+///
+/// Drives and plant advance by turns, in coupling steps of a whole share of the SYNC period
+/// (reel.h): first the drives, with the cable's law about the plant's last state as their load,
+/// then the plant, with the reels' motion as boundary condition. Time is an input, in microseconds
+/// of the drives' clocks. Nothing allocates after construction but the plant's stepper on failure.
 class PlantSide final : public DrivenVehicle {
  public:
   /// `plant` and `bus` must outlive it. Motor i is node i + 1. Throws std::invalid_argument naming

@@ -7,6 +7,21 @@
 #include "model/plant.h"
 #include "reduced/reduction.h"
 
+namespace mantle::loop {
+
+/// One cable of a Reel: which it is, and its share of the law.
+struct ReeledCable {
+  int index{0};                               ///< into PlantInputs::cables
+  double gain{1};                             ///< g_j
+  double rest_length_m{0};                    ///< l_j(0)
+  double stiffness_n_m{0}, damping_n_s_m{0};  ///< k_j, d_j
+};
+
+/// Of the drum: reeled length since the slack was gone, and rate.
+struct ReelState {
+  double reeled_m{0}, rate_m_s{0};  ///< r, positive inwards
+};
+
 /// One motor's cables between drum and plant ([physics.md] 2, last paragraphs). With r what the
 /// drum has reeled in since the slack was gone, g_j the gain of cable j, l_j its length:
 ///
@@ -20,28 +35,13 @@
 /// The plant evaluates the law inside its implicit step, with r(t) given over the coupling step as
 /// the cubic through the drum's reeled lengths and rates at its ends; the drum evaluates it about
 /// the plant's last lengths, which run on at their last rates.
-
-namespace mantle::loop {
-
-struct ReeledCable {
-  int index{0};  ///< into PlantInputs::cables
-  double gain{1};
-  double rest_length_m{0};  ///< l_j(0)
-  double stiffness_n_m{0}, damping_n_s_m{0};
-};
-
-/// Of the drum: reeled length since the slack was gone, and rate.
-struct ReelState {
-  double reeled_m{0}, rate_m_s{0};
-};
-
 struct Reel {
   std::vector<ReeledCable> cables;
   double gain_square{1};    ///< G
   double rest_length_m{0};  ///< lambda(0)
   // The coupling step: r(t) between its ends.
-  double begin_s{0}, end_s{0};
-  ReelState begin, end;
+  double begin_s{0}, end_s{0};  ///< from t = 0
+  ReelState begin, end;         ///< at those times
 };
 
 /// `work` of the plant at t = 0 gives the lengths at rest. Throws std::invalid_argument, naming the

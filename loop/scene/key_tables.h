@@ -5,6 +5,7 @@
 
 #include "loop/scene/catalogue.h"
 
+/// @file
 /// The key tables of docs/scene.md. A place on the page where a table stands begins with a line
 ///
 ///   <!-- keys: time output -->

@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 
+/// @file
 /// Reading a whole file that a user names: regular files alone (a pipe may never end, a device has
 /// no end), and none that is larger than its kind can be.
 

@@ -15,26 +15,25 @@
 #include "model/statics.h"
 #include "reduced/reduction.h"
 
+namespace mantle::scene {
+
 /// A scene: what one TOML file says, checked. docs/scene.md lists every key, from the same
 /// descriptions as this reader has them. Numbers are SI; texts carry a unit ("15 mm"). Unknown
 /// keys, wrong types and units, numbers that are not finite or out of bound, and effects that
 /// contradict the bodies are refused in one line that names scene, path, value, unit and bound. A
 /// scene that `extends` another file is that one with its own tables merged over it.
-
-namespace mantle::scene {
-
 struct Scene {
   std::string name;  ///< file name without extension, or the key `name`
   std::string description;
   model::Robot robot;
-  model::RunSettings run;
-  model::StaticsSettings statics;
+  model::RunSettings run;          ///< of the tables [time] and [output]
+  model::StaticsSettings statics;  ///< of the table [statics]
   reduced::Reduction
       reduction;  ///< of the reduced model; defaults where the scene has no table [reduced]
   std::optional<controller::ControlOptions> control;  ///< where the scene has a table [control]
-  loop::DriveOptions drives;
-  controller::SensorOptions sensors;
-  loop::Mismatch mismatch;
+  loop::DriveOptions drives;                          ///< of the table [drives]
+  controller::SensorOptions sensors;                  ///< of the table [sensors]
+  loop::Mismatch mismatch;                            ///< of the plant from the controller's model
   bool has_time{false};     ///< the scene has a table [time]: it is meant to be run
   bool has_statics{false};  ///< the scene has a table [statics]: it is meant to be solved
   /// The scene as TOML with every default spelt out, overrides and what it extends merged in; read

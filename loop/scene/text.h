@@ -3,6 +3,7 @@
 #include <string>
 #include <string_view>
 
+/// @file
 /// Texts that users give: what may stand in a scene and how a message shows it.
 
 namespace mantle::scene {

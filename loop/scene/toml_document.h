@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+/// @file
 /// A parsed TOML text as plain values, and overrides on it. The only part that knows the TOML
 /// library.
 
@@ -24,8 +25,8 @@ struct TomlValue {
   double number{0};  ///< of integers too
   std::string text;
   std::string folder;  ///< of a text: of the file that holds it, where that is not the scene's
-  std::vector<std::string> keys;
-  std::vector<TomlValue> items;
+  std::vector<std::string> keys;  ///< of a table
+  std::vector<TomlValue> items;   ///< of an array or a table
 
   const TomlValue* Find(std::string_view key) const;
   TomlValue* Find(std::string_view key);

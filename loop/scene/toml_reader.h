@@ -13,12 +13,6 @@
 #include "loop/scene/units.h"
 #include "model/schema.h"
 
-/// Reads one table of a scene into the values that a description names, and writes out what it
-/// read. Every key that the description visits is known, every other key is an error; every message
-/// is one line that names scene, path, value, unit and bound:
-///
-///   scene.toml: arms[0].radius[1]: -0.006 m: must be > 0
-
 namespace mantle::scene {
 
 /// Text of a regular file of at most 64 MB. Throws BadScene, "FILE: cannot be read: why".
@@ -33,6 +27,11 @@ struct SceneContext {
   std::uint64_t files_hash{kEmptyHash};      ///< of the bytes of those that keys named
 };
 
+/// Reads one table of a scene into the values that a description names, and writes out what it
+/// read. Every key that the description visits is known, every other key is an error; every message
+/// is one line that names scene, path, value, unit and bound:
+///
+///   scene.toml: arms[0].radius[1]: -0.006 m: must be > 0
 class TomlReader final : public schema::Visitor {
  public:
   using schema::Visitor::Number;

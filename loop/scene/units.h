@@ -6,6 +6,7 @@
 
 #include "model/schema.h"
 
+/// @file
 /// Quantities as people write them: a plain number is SI, a text is number and unit ("15 mm",
 /// "110 kPa", "45 deg"), and the unit has to be one of the quantity's own.
 

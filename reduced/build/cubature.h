@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+/// @file
 /// Empirical cubature: few columns of G with positive weights w so that G w ~ G 1, by non-negative
 /// least squares on an active set (Lawson & Hanson, Solving Least Squares Problems, 1974, ch. 23),
 /// stopped once |G w - G 1| <= tolerance |G 1|. With G the contributions of the shell's elements to
@@ -12,6 +13,7 @@
 
 namespace mantle::reduced {
 
+/// The columns that were chosen, with their weights w, and how well they do.
 struct Cubature {
   std::vector<int> column;
   std::vector<double> weight;

@@ -3,6 +3,7 @@
 #include "model/plant.h"
 #include "reduced/mantle.h"
 
+/// @file
 /// Shapes of the reduced mantle ([physics.md] 8): profile = reference + Phi s, with Phi the lowest
 /// vibration modes of the clamped mantle and static shapes of its actuated strip minus the
 /// reference, from the plant's own tangent and equilibria, orthonormal in the plant's mass:

@@ -6,15 +6,12 @@
 #include "reduced/build/projection.h"
 #include "reduced/step.h"
 
-/// A run of the reduced model: steps aligned with the schedules' break points and output times,
-/// retried at half the step where they fail. Samples are those of the plant (model/simulation.h),
-/// taken of the lifted state.
-
 namespace mantle::reduced {
 
+/// How long a run of the reduced model is, and how it steps.
 struct ReducedRunSettings {
   double duration_s{1};
-  double step_s{0.05};
+  double step_s{0.05};      ///< longest
   double min_step_s{1e-6};  ///< retries stop there
   double output_interval_s{0.05};
   StepSettings step;
@@ -23,6 +20,9 @@ struct ReducedRunSettings {
 /// What a scene's tables [time], [output] and [reduced] say.
 ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction& reduction);
 
+/// A run of the reduced model: steps aligned with the schedules' break points and output times,
+/// retried at half the step where they fail. Samples are those of the plant (model/simulation.h),
+/// taken of the lifted state.
 class ReducedSimulation {
  public:
   /// Starts where the plant does (model::StartState), projected. Throws model::BadRobot.
