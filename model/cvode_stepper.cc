@@ -129,6 +129,7 @@ class CvodeStepper final : public Stepper {
   const VectorX& acceleration() const override { return acceleration_; }
   const StepCounters& counters() const override { return counters_; }
   void Restart() override { restart_ = true; }
+  void CrossBreakpoint() override { Restart(); }
   std::string SaveMemory() const override {
     throw BadRobot("checkpoint: CVODE's history is not saved; use another integrator");
   }

@@ -15,6 +15,11 @@
 ///   v_dot = (v - v_k) / (gamma h),        residual M v_dot - f = 0 for Theta,
 /// by simplified Newton iterations with a matrix kept over stages and steps while it contracts
 /// well. All methods are stiffly accurate: the last stage is the step.
+///
+/// A method of p stages has order p and, along a linear problem, the local error C h^(p+1) v^(p+1)
+/// in v (Hairer & Wanner II, IV.3: R(z) - e^z = C z^(p+1) + ...). The divided difference of v_dot
+/// over the step's start and its stages is v^(p+1) / p!. Newton's iteration stops at a share of
+/// that: what it leaves of Theta is 1 / (gamma h) times as large in v, and adds up step by step.
 
 namespace mantle::model {
 namespace {
@@ -22,6 +27,7 @@ namespace {
 struct Tableau {
   int stages;
   double gamma;
+  double error_constant;  // |C| of R(z) - e^z = C z^(p+1) + ..., p = stages the order
   std::array<double, 3> c;
   std::array<std::array<double, 3>, 3> a;  // the last row is b
 };
@@ -31,12 +37,14 @@ Tableau TableauOf(Integrator kind) {
   if (kind == Integrator::kBackwardEuler) {
     t.stages = 1;
     t.gamma = 1.0;
+    t.error_constant = 0.5;
     t.c = {1, 0, 0};
     t.a[0] = {1, 0, 0};
   } else if (kind == Integrator::kSdirk2) {
     const double g = 1.0 - 1.0 / std::sqrt(2.0);
     t.stages = 2;
     t.gamma = g;
+    t.error_constant = std::abs(1.0 / 6.0 - g + g * g);
     t.c = {g, 1, 0};
     t.a[0] = {g, 0, 0};
     t.a[1] = {1.0 - g, g, 0};
@@ -44,6 +52,7 @@ Tableau TableauOf(Integrator kind) {
     const double g = 0.43586652150845899942;
     t.stages = 3;
     t.gamma = g;
+    t.error_constant = std::abs(1.0 / 24.0 - 0.5 * g + 1.5 * g * g - g * g * g);
     t.c = {g, 0.5 * (1.0 + g), 1};
     t.a[0] = {g, 0, 0};
     t.a[1] = {0.5 * (1.0 - g), g, 0};
@@ -60,8 +69,20 @@ constexpr double kRefreshContraction = 0.03;
 constexpr double kFailContraction = 0.9;
 // What the first iteration of a stage is taken to contract by at best, before it has been seen.
 constexpr double kAssumedContraction = 0.1;
-// newton_tolerance is meant for steps of this length and longer.
+// A first step, of which nothing is known yet, is solved to kFirstTolerance in increments [rad,
+// body lengths], in proportion to the cube of the step (what is left in the velocity falls with the
+// square); steps whose inputs come from a hook, which may jump every time, to kHookTolerance in
+// proportion to the step. Both are meant for steps of kToleranceStep_s and longer.
+constexpr double kFirstTolerance = 1e-11;
+constexpr double kHookTolerance = 1e-8;
 constexpr double kToleranceStep_s = 0.01;
+// A root that (nearly) rests by symmetry is not solved below this share of what moves.
+constexpr double kRootShare = 1e-3;
+// Increments are not solved below this, nor below kRoundOff of themselves.
+constexpr double kFloor = 1e-15;
+constexpr double kRoundOff = 1e-14;
+// An iteration that stalls below this stalls at the round-off of the forces.
+constexpr double kStall = 1e-12;
 // Steps whose sizes differ by less share a matrix.
 constexpr double kSameStep = 1e-9;
 
@@ -77,7 +98,7 @@ class ImplicitStepper final : public Stepper {
         matrix_state_(stage_) {
     const int n = plant.velocity_size();
     for (VectorX* v : {&theta_, &theta_known_, &theta_rate_, &velocity_known_, &acceleration_,
-                       &residual_, &guess_}) {
+                       &residual_, &guess_, &earlier_, &error_}) {
       v->setZero(n);
     }
     for (int i = 0; i < tableau_.stages; ++i) {
@@ -93,11 +114,17 @@ class ImplicitStepper final : public Stepper {
       ++counters_.rejected;
       return {false, reason_};
     }
+    EstimateError(h);
     for (Pose& p : stage_.pose) p.rotation.normalize();  // round-off of products, once a step
     std::swap(state->pose, stage_.pose);
     std::swap(state->shape, stage_.shape);
     state->velocity.swap(stage_.velocity);
     state->time_s += h;
+    // The last two stages, this step's end last, are what the next step starts from.
+    earlier_ = tableau_.stages > 1 ? accelerations_[tableau_.stages - 2] : guess_;
+    earlier_s_ = tableau_.stages > 1 ? h * (1.0 - tableau_.c[tableau_.stages - 2]) : h;
+    known_ = tableau_.stages > 1 || smooth_ ? 2 : 1;
+    smooth_ = !settings_.input_hook;
     guess_ = accelerations_[tableau_.stages - 1];
     ++counters_.steps;
     return {};
@@ -110,7 +137,11 @@ class ImplicitStepper final : public Stepper {
   void Restart() override {
     matrix_valid_ = false;
     guess_.setZero();
+    smooth_ = false;
+    known_ = 0;
+    error_rate_ = {};
   }
+  void CrossBreakpoint() override { smooth_ = false; }
 
   std::string SaveMemory() const override {
     // The matrix is a function of the state it was made at, which is small: save that.
@@ -134,6 +165,11 @@ class ImplicitStepper final : public Stepper {
     }
     for (double v : matrix_state_.velocity) put(v);
     for (double v : guess_) put(v);
+    for (double v : earlier_) put(v);
+    for (double x : {earlier_s_, static_cast<double>(known_), smooth_ ? 1.0 : 0.0, error_rate_.root,
+                     error_rate_.all}) {
+      put(x);
+    }
     return out;
   }
 
@@ -161,6 +197,12 @@ class ImplicitStepper final : public Stepper {
     }
     for (double& v : matrix_state_.velocity) v = get();
     for (double& v : guess_) v = get();
+    for (double& v : earlier_) v = get();
+    earlier_s_ = get();
+    known_ = static_cast<int>(get());
+    smooth_ = get() != 0.0;
+    error_rate_.root = get();
+    error_rate_.all = get();
     matrix_valid_ = false;
     if (!valid) return;
     Inputs(matrix_state_.time_s, matrix_from_left_);
@@ -170,15 +212,91 @@ class ImplicitStepper final : public Stepper {
   }
 
  private:
+  // Largest components of an increment or a velocity, in rad and body lengths. The root has a
+  // figure of its own: what is left there moves the whole robot, and is not to hide behind a fast
+  // tip.
+  struct Size {
+    double root{0}, all{0};
+  };
+
   void Inputs(double t, bool from_left) {
     EvaluateInputs(plant_, t, from_left, &inputs_);
     if (settings_.input_hook) settings_.input_hook(t, from_left, &inputs_);
   }
 
-  // Increments are solved to the tolerance over the step: an error of tol in Theta is one of
-  // tol / (gamma h) in v, which shorter steps must not let grow.
-  double Tolerance(double h) const {
-    return settings_.newton_tolerance * std::min(1.0, h / kToleranceStep_s);
+  // Of increments, from the error of the steps so far.
+  Size Tolerance(double h) const {
+    const double length = std::min(1.0, h / kToleranceStep_s);
+    const double unknown =
+        settings_.input_hook ? kHookTolerance * length : kFirstTolerance * length * length * length;
+    Size out{unknown, unknown};
+    if (error_rate_.all > 0.0) {
+      const double share =
+          settings_.newton_tolerance * tableau_.gamma * h * std::pow(h, tableau_.stages + 1);
+      out = {share * std::max(error_rate_.root, kRootShare * error_rate_.all),
+             share * error_rate_.all};
+    }
+    const double floor = std::max(kFloor, kRoundOff * theta_.cwiseAbs().maxCoeff());
+    return {std::max(out.root, floor), std::max(out.all, floor)};
+  }
+
+  // Local error of v. Across a break point there is no such derivative: the last estimate stays.
+  void EstimateError(double h) {
+    if (!smooth_) return;
+    const int p = tableau_.stages;
+    double scale = tableau_.error_constant * h;
+    for (int k = 2; k <= p; ++k) scale *= k;
+    const auto weight = [&](int i) {  // of the divided difference over 0, c_1 ... c_p
+      const double at = i < 0 ? 0.0 : tableau_.c[i];
+      double product = i < 0 ? 1.0 : at;
+      for (int k = 0; k < p; ++k) {
+        if (k != i) product *= at - tableau_.c[k];
+      }
+      return scale / product;
+    };
+    error_ = weight(-1) * guess_;
+    for (int i = 0; i < p; ++i) error_ += weight(i) * accelerations_[i];
+    const double power = std::pow(h, p + 1);
+    error_rate_ = Measure(error_);
+    error_rate_.root /= power;
+    error_rate_.all /= power;
+  }
+
+  Size Measure(const VectorX& x) const {
+    double angular = 0, linear = 0;
+    Size size;
+    const auto pose = [&](int at) {
+      angular = std::max(angular, x.segment<3>(at).cwiseAbs().maxCoeff());
+      linear = std::max(linear, x.segment<3>(at + 3).cwiseAbs().maxCoeff());
+    };
+    if (plant_.root_free()) pose(0);
+    size.root = std::max(angular, linear / plant_.body_length_m);
+    for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
+      for (int k = 1; k <= plant_.rods[a].element_count(); ++k) pose(plant_.ArmVelocity(a, k));
+    }
+    for (int j = 0; j < plant_.shape_count(); ++j) {
+      const int at = plant_.ShellVelocity(j);
+      linear = std::max(linear, x.segment<2>(at).cwiseAbs().maxCoeff());
+      angular = std::max(angular, std::abs(x(at + 2)));
+    }
+    size.all = std::max(angular, linear / plant_.body_length_m);
+    return size;
+  }
+
+  // v_dot at time c h of the step, extrapolated through the last two stages.
+  void Guess(int stage, double h, VectorX* guess) const {
+    const VectorX& last = stage == 0 ? guess_ : accelerations_[stage - 1];
+    *guess = last;
+    if (stage == 0) {
+      if (!smooth_ || known_ < 2) return;
+      *guess += (tableau_.c[0] * h / earlier_s_) * (guess_ - earlier_);
+    } else {
+      const double from = stage > 1 ? tableau_.c[stage - 2] : 0.0;
+      if (stage == 1 && (!smooth_ || known_ < 1)) return;
+      const VectorX& before = stage > 1 ? accelerations_[stage - 2] : guess_;
+      *guess += ((tableau_.c[stage] - tableau_.c[stage - 1]) / (tableau_.c[stage - 1] - from)) *
+                (last - before);
+    }
   }
 
   bool Attempt(double h, const PlantState& start, EnergyAccount* energy) {
@@ -194,8 +312,8 @@ class ImplicitStepper final : public Stepper {
       const bool from_left = tableau_.c[i] == 1.0;
       const double t = start.time_s + tableau_.c[i] * h;
       Inputs(t, from_left);
-      const VectorX& guess = i == 0 ? guess_ : accelerations_[i - 1];
-      theta_ = theta_known_ + (1.0 / s) * (velocity_known_ + (1.0 / s) * guess);
+      Guess(i, h, &acceleration_);
+      theta_ = theta_known_ + (1.0 / s) * (velocity_known_ + (1.0 / s) * acceleration_);
       if (!SolveStage(start, t, from_left, s)) return false;
       theta_rates_[i] = theta_rate_;
       accelerations_[i] = acceleration_;
@@ -237,12 +355,9 @@ class ImplicitStepper final : public Stepper {
   }
 
   // theta_ -= Jr^-1(theta) zeta, zeta in residual_; returns its scaled size.
-  double Correct() {
-    double angular = 0, linear = 0;
+  Size Correct() {
     const auto pose = [&](int at) {
       const Vector6 zeta = residual_.segment<6>(at);
-      angular = std::max(angular, zeta.head<3>().cwiseAbs().maxCoeff());
-      linear = std::max(linear, zeta.tail<3>().cwiseAbs().maxCoeff());
       const Vector6 theta = theta_.segment<6>(at);
       theta_.segment<6>(at) -= TangentOperatorInverseTimes(theta, zeta);
     };
@@ -252,15 +367,13 @@ class ImplicitStepper final : public Stepper {
     }
     for (int j = 0; j < plant_.shape_count(); ++j) {
       const int at = plant_.ShellVelocity(j);
-      linear = std::max(linear, residual_.segment<2>(at).cwiseAbs().maxCoeff());
-      angular = std::max(angular, std::abs(residual_(at + 2)));
       theta_.segment<3>(at) -= residual_.segment<3>(at);
     }
-    return std::max(angular, linear / plant_.body_length_m);
+    return Measure(residual_);
   }
 
   bool SolveStage(const PlantState& start, double t, bool from_left, double s) {
-    const double tolerance = Tolerance(1.0 / (s * tableau_.gamma));
+    const Size tolerance = Tolerance(1.0 / (s * tableau_.gamma));
     double previous = 0;
     bool fresh = false;
     for (int k = 0; k <= settings_.newton_max_iterations; ++k) {
@@ -290,7 +403,8 @@ class ImplicitStepper final : public Stepper {
       if (!plant_.root_free()) residual_.head<6>().setZero();
       if (residual_.isZero(0.0)) return true;
       matrix_.Solve(plant_, &residual_);
-      const double size = Correct();
+      const Size sizes = Correct();
+      const double size = sizes.all;
       ++counters_.newton_iterations;
       if (!std::isfinite(size)) {
         reason_ = "Newton iteration: an increment is not finite";
@@ -299,8 +413,10 @@ class ImplicitStepper final : public Stepper {
       const double contraction =
           k > 0 ? size / previous : std::max(contraction_, kAssumedContraction);
       // What this correction leaves: contraction / (1 - contraction) of it.
-      if (contraction < 1.0 &&
-          size * contraction / (1.0 - contraction) < tolerance) {
+      const double left = contraction / (1.0 - contraction);
+      if ((contraction < 1.0 && sizes.all * left < tolerance.all &&
+           sizes.root * left < tolerance.root) ||
+          (k > 0 && size < kStall && contraction > kFailContraction)) {
         Unpack(start, t, s);
         if (k > 0) contraction_ = contraction;
         if (k > 0 && contraction > kRefreshContraction) matrix_valid_ = false;
@@ -308,8 +424,7 @@ class ImplicitStepper final : public Stepper {
       }
       if (k > 0 && contraction > kPoorContraction && !fresh) {
         matrix_valid_ = false;
-      } else if (k > 1 && fresh && contraction > kFailContraction &&
-                 size > 1e3 * tolerance) {
+      } else if (k > 1 && fresh && contraction > kFailContraction && size > 1e3 * tolerance.all) {
         reason_ = fmt::format(
             "Newton iteration does not converge at t = {:.6g} s, h = {:.3g} s (contraction {:.2g}, "
             "last increment {:.2g})",
@@ -319,7 +434,7 @@ class ImplicitStepper final : public Stepper {
       previous = size;
     }
     reason_ = fmt::format("Newton iteration: {} iterations at t = {:.6g} s did not reach {:.1g}",
-                          settings_.newton_max_iterations, t, tolerance);
+                          settings_.newton_max_iterations, t, tolerance.all);
     return false;
   }
 
@@ -330,7 +445,14 @@ class ImplicitStepper final : public Stepper {
   PlantWork work_;
   PlantInputs inputs_;
   PlantState stage_, matrix_state_;
-  VectorX theta_, theta_known_, theta_rate_, velocity_known_, acceleration_, residual_, guess_;
+  VectorX theta_, theta_known_, theta_rate_, velocity_known_, acceleration_, residual_;
+  // v_dot at the end of the last step and earlier_s_ before it, as far as they are known (known_ of
+  // them), and whether the next step continues them.
+  VectorX guess_, earlier_, error_;
+  double earlier_s_{0};
+  int known_{0};
+  bool smooth_{false};
+  Size error_rate_;  // local error of v over h^(p+1); zero where it is not known
   std::array<VectorX, 3> theta_rates_, accelerations_;
   StepCounters counters_;
   std::string reason_;

@@ -41,8 +41,7 @@ void DescribeTime(schema::Visitor& v, RunSettings& run) {
        {"cvode", Integrator::kCvode}},
       &s.integrator);
   v.Number({"newton_tolerance",
-            "implicit steps: error of the increments (rad, body lengths) for steps of 10 ms and "
-            "longer, in proportion to the step below"},
+            "implicit steps: share of the step's own estimated error that the iteration may leave"},
            Quantity::kNumber, kTolerance, &s.newton_tolerance);
   v.Integer({"newton_iterations", "most iterations of a stage"}, 1, 1000, &s.newton_max_iterations);
   v.Number({"relative_tolerance", "cvode"}, Quantity::kNumber, kTolerance, &s.relative_tolerance);

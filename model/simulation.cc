@@ -171,7 +171,7 @@ StepStatus Simulation::TakeStep(double limit_s) {
     if (status.ok) {
       if (count <= 1.0) {
         state_.time_s = next;
-        if (adaptive && at_breakpoint) stepper_->Restart();
+        if (at_breakpoint) stepper_->CrossBreakpoint();
       }
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
       if (settings_.account_energy) AccountStep(h);

@@ -24,9 +24,8 @@ using InputHook = std::function<void(double t_s, bool from_left, PlantInputs* in
 /// Which integrator, and how accurately it solves its equations.
 struct StepperSettings {
   Integrator integrator{Integrator::kSdirk2};
-  /// Implicit steps: estimated remaining error of the increments, in rad and in body lengths, for
-  /// steps of 10 ms and longer; in proportion to the step below, so that velocities keep theirs.
-  double newton_tolerance{1e-8};
+  /// Implicit steps: share of the step's own error that Newton's iteration may leave.
+  double newton_tolerance{0.05};
   int newton_max_iterations{12};    ///< of one stage
   double relative_tolerance{1e-6};  ///< CVODE
   double absolute_tolerance{1e-8};  ///< CVODE, in rad, body lengths, and per second
@@ -66,6 +65,8 @@ class Stepper {
   virtual void RestoreMemory(const std::string& memory) = 0;
   /// Forget what was learned about the past: after a jump of the loads.
   virtual void Restart() {}
+  /// The next step starts at a break point: loads may jump or have a kink there.
+  virtual void CrossBreakpoint() {}
 };
 
 std::unique_ptr<Stepper> MakeStepper(const Plant& plant, const StepperSettings& settings);
