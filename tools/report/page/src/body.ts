@@ -11,7 +11,7 @@ const kMantleSides = 40;
 const kArmSides = 12;
 const kCableSides = 5;
 /** Cables are drawn this thick, as a share of the body's length: they have no thickness. */
-const kCableShare = 0.0035;
+const kCableShare = 0.002;
 
 /** What the colours span, common to all runs of the page. */
 export interface FieldRanges {
@@ -87,10 +87,12 @@ export class Body {
   private readonly lines: Float64Array[];
   private readonly rgb = new Float32Array(3);
   private readonly opaque = new three.MeshLambertMaterial({ vertexColors: true });
+  /** Cables run inside the arms, and are to be seen. */
+  private readonly skin = new three.MeshLambertMaterial({ vertexColors: true, transparent: true, opacity: 0.8 });
   private readonly translucent = new three.MeshLambertMaterial({
     vertexColors: true,
     transparent: true,
-    opacity: 0.5,
+    opacity: 0.55,
     side: three.DoubleSide,
     depthWrite: false,
   });
@@ -103,13 +105,14 @@ export class Body {
     this.group.add(this.inRoot);
     this.mantle = shape.mantle === null ? null : new Part(makeMesh(shape.mantle.nodes, kMantleSides), this.translucent);
     if (this.mantle !== null) this.inRoot.add(this.mantle.object);
-    this.arms = shape.arms.map((arm) => new Part(makeMesh(arm.nodes, kArmSides), this.opaque));
+    this.arms = shape.arms.map((arm) => new Part(makeMesh(arm.nodes, kArmSides), shape.cables.length > 0 ? this.skin : this.opaque));
     this.cables = shape.cables.map((cable) => new Part(makeMesh(cable.points, kCableSides), this.opaque));
     for (const part of [...this.arms, ...this.cables]) this.group.add(part.object);
     this.lines = [...shape.arms.map((a) => a.nodes), ...shape.cables.map((c) => c.points)].map(
       (n) => new Float64Array(3 * n),
     );
     this.cableRadius = shape.cables.map((c) => new Float64Array(c.points).fill(kCableShare * bodyLength));
+    this.middleInRoot = this.findMiddle();
     if (shape.rigid.length > 1) {
       const rigid = new Part(makeMesh(shape.rigid.length, kArmSides * 2), this.opaque);
       revolve(rigid.mesh, shape.rigid.flat());
@@ -119,6 +122,7 @@ export class Body {
     }
   }
   private readonly cableRadius: Float64Array[];
+  private readonly middleInRoot: three.Vector3;
 
   setCablesVisible(visible: boolean): void {
     for (const cable of this.cables) cable.object.visible = visible;
@@ -133,6 +137,25 @@ export class Body {
     const place = locate(this.shape.time, t);
     const p = this.shape.rootPosition;
     return out.set(mix(p, 3, place, 0), mix(p, 3, place, 1), mix(p, 3, place, 2));
+  }
+
+  /** Middle of the bodies at time `t`: that of the first shape, carried along by the root. */
+  middle(t: number, out: three.Vector3): three.Vector3 {
+    const [w, x, y, z] = mixQuaternion(this.shape.rootQuaternion, locate(this.shape.time, t));
+    const turned = this.middleInRoot.clone().applyQuaternion(new three.Quaternion(x, y, z, w));
+    return this.root(t, out).add(turned);
+  }
+
+  private findMiddle(): three.Vector3 {
+    const box = new three.Box3();
+    const p = new three.Vector3();
+    const root = this.root(-1, new three.Vector3());
+    box.expandByPoint(root);
+    for (const arm of this.shape.arms) {
+      for (let k = 0; k < 3 * arm.nodes; k += 3) box.expandByPoint(p.set(arm.position[k]!, arm.position[k + 1]!, arm.position[k + 2]!));
+    }
+    const [w, x, y, z] = mixQuaternion(this.shape.rootQuaternion, { i: 0, j: 0, share: 0 });
+    return box.getCenter(p).sub(root).applyQuaternion(new three.Quaternion(x, y, z, w).invert());
   }
 
   /** Lip of the mantle on its axis, and the direction of the jet, in the earth frame. */

@@ -6,7 +6,7 @@ export type Rgb = [number, number, number];
 
 const kViridis = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
 const kCividis = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#fee838"];
-const kSigned = ["#08519c", "#3182bd", "#6baed6", "#bdd7e7", "#f2f0ea", "#fdd0a2", "#fd8d3c", "#d94801", "#8c2d04"];
+const kSigned = ["#08519c", "#3182bd", "#6baed6", "#bdd7e7", "#dddcd6", "#fdd0a2", "#fd8d3c", "#d94801", "#8c2d04"];
 
 export const kScales = { viridis: kViridis, cividis: kCividis, signed: kSigned } as const;
 export type ScaleName = keyof typeof kScales;

@@ -49,8 +49,9 @@ export interface PackedDrives {
   reeled_length: Packed;
 }
 export interface PackedStatus {
+  /** Where the words change [s]. */
   time: number[];
-  text: string[];
+  control_mode: string[];
   solver_status: string[];
 }
 export interface PackedRun {
@@ -68,6 +69,7 @@ export interface PackedRun {
   plans?: PackedPlans;
   drives?: PackedDrives;
   status?: PackedStatus;
+  counters?: PackedTable;
 }
 export interface ReportData {
   format: number;
@@ -156,6 +158,7 @@ export interface Run {
   plans: Plans | null;
   drives: Drives | null;
   status: PackedStatus | null;
+  counters: Table | null;
 }
 
 function decodeTable(table: PackedTable | undefined): Table | null {
@@ -241,6 +244,7 @@ export function decodeRun(run: PackedRun): Run {
             reeledLength: unpack(drives.reeled_length),
           },
     status: run.status ?? null,
+    counters: decodeTable(run.counters),
   };
 }
 

@@ -20,8 +20,21 @@ export interface Layers {
 }
 
 const kFieldOfView = 40; // degrees
+const kSlowFrame_s = 0.036;
+const kSlowFrames = 10;
+const kCoarsest = 0.6; // of the screen's pixels, each way
 const kPlanColour = 0xcc79a7;
 const kReferenceColour = 0x8a8a8a;
+
+/** Whether WebGL is drawn by the processor, where smooth edges cost more than they are worth. */
+function drawsInSoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  if (context === null) return false;
+  const info = context.getExtension("WEBGL_debug_renderer_info");
+  const name = String(context.getParameter(info === null ? context.RENDERER : info.UNMASKED_RENDERER_WEBGL));
+  context.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
 
 /** Positions of a run's root over time: of every row, else of the shapes. */
 function rootTrack(run: Run): { time: Float64Array; xyz: Float64Array } | null {
@@ -128,8 +141,9 @@ export class View3D {
     private readonly canvas: HTMLCanvasElement,
     runs: Run[],
   ) {
-    this.renderer = new three.WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
-    this.pixelRatio = Math.min(window.devicePixelRatio || 1, 2);
+    const software = drawsInSoftware();
+    this.renderer = new three.WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
+    this.pixelRatio = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
     this.ranges = fieldRanges(runs);
     this.byRun = runs.filter((r) => r.shape !== null).length > 1;
     this.bodyLength = bodyLengthOf(runs);
@@ -349,7 +363,7 @@ export class View3D {
     }[view].normalize();
     const target = this.bounds.getCenter(new three.Vector3());
     let radius = 0.5 * this.bounds.getSize(new three.Vector3()).length();
-    if (this.follow && this.rootOf(this.time, target)) radius = Math.min(radius, 0.95 * this.bodyLength);
+    if (this.follow && this.focusOf(this.time, target)) radius = Math.min(radius, 0.72 * this.bodyLength);
     const aspect = Math.min(this.camera.aspect, 1);
     const distance = radius / Math.sin(((kFieldOfView / 2) * Math.PI) / 180) / Math.max(aspect, 0.5);
     this.controls.target.copy(target);
@@ -381,10 +395,14 @@ export class View3D {
     this.setTime(this.time);
   }
 
-  // Of the first visible run.
-  private rootOf(t: number, out: three.Vector3): boolean {
+  // Middle of the bodies of the first visible run, or its root.
+  private focusOf(t: number, out: three.Vector3): boolean {
     const actor = this.actors.find((a) => a.visible && a.track !== null);
     if (actor === undefined || actor.track === null) return false;
+    if (actor.body !== null) {
+      actor.body.middle(t, out);
+      return true;
+    }
     const place = locate(actor.track.time, t);
     const { xyz } = actor.track;
     out.set(mix(xyz, 3, place, 0), mix(xyz, 3, place, 1), mix(xyz, 3, place, 2));
@@ -398,7 +416,7 @@ export class View3D {
       actor.group.visible = actor.visible;
       if (actor.visible) this.moveActor(actor, index, t, here);
     });
-    if (this.follow && this.rootOf(t, here)) {
+    if (this.follow && this.focusOf(t, here)) {
       const shift = here.clone().sub(this.followed);
       this.followed.copy(here);
       this.controls.target.add(shift);
@@ -474,11 +492,10 @@ export class View3D {
     this.stale = true;
   }
 
-  /** Draws where something has changed; true where it drew. Where drawing is slow (no GPU) it gets coarser. */
+  /** Draws where something has changed; true where it drew. */
   render(): boolean {
     if (!this.stale) return false;
     this.stale = false;
-    const begin = performance.now();
     this.light.position.copy(this.camera.position);
     this.light.target.position.copy(this.controls.target);
     this.light.target.updateMatrixWorld();
@@ -495,15 +512,15 @@ export class View3D {
     this.renderer.clearDepth();
     this.renderer.setViewport(6, 6, side, side);
     this.renderer.render(this.triad, this.triadCamera);
-    this.judge(performance.now() - begin);
     return true;
   }
 
-  private judge(milliseconds: number): void {
-    this.slow = milliseconds > 24 ? this.slow + 1 : 0;
-    if (this.slow < 8 || this.pixelRatio <= 0.6) return;
+  /** A frame of the replay took so long [s]: where many are slow (no GPU), the picture gets coarser. */
+  judge(elapsed: number): void {
+    this.slow = elapsed > kSlowFrame_s ? this.slow + 1 : Math.max(this.slow - 1, 0);
+    if (this.slow < kSlowFrames || this.pixelRatio <= kCoarsest) return;
     this.slow = 0;
-    this.pixelRatio = Math.max(0.75 * this.pixelRatio, 0.6);
+    this.pixelRatio = Math.max(0.75 * this.pixelRatio, kCoarsest);
     const size = this.renderer.getSize(new three.Vector2());
     this.resize(size.x, size.y);
   }
