@@ -241,7 +241,8 @@ TEST_F(ClosedLoopRun, OpenLoopIsThePlantAlone) {
   ASSERT_EQ(Run("--out out").status, 0);
   const Outcome outcome = Run("--out out --open-loop");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(FilesIn(folder_ / "out"), (std::set<std::string>{"summary.json", "trajectory.csv"}))
+  EXPECT_EQ(FilesIn(folder_ / "out"),
+            (std::set<std::string>{"summary.json", "telemetry.lcmlog", "trajectory.csv"}))
       << "nothing of the run before";
   EXPECT_FALSE(ReadJson(folder_ / "out/summary.json").contains("control"));
 }

@@ -22,6 +22,7 @@
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
 #include "tools/mantle/trajectory.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -37,7 +38,8 @@ constexpr const char* kHelp =
     "  mantle run scenes/paper.toml --model reduced\n"
     "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
     "  mantle run scenes/paper.toml --out r --resume r.partial/checkpoint\n"
-    "  mantle run scenes/steer.toml --out results                   # closed loop\n"
+    "  mantle run scenes/steer.toml --out results --report          # closed loop, and a page to "
+    "look at\n"
     "  mantle run scenes/steer.toml --realtime --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "  mantle run scenes/steer.toml --bus can:vcan0 --record bus.log\n\n"
     "Exit status 0: done. 1: standard output could not be written. 2: bad input, nothing changed. "
@@ -246,6 +248,8 @@ class RunJob {
     } else if (complete) {
       PrintSummary(summary, folder_->folder());
     }
+    ReportBeside(options_.scene.report, complete ? folder_->folder() : folder_->partial(),
+                 options_.scene.json || !complete);
     if (complete) {
       for (const std::string& warning : result.warnings) {
         Complain("warning: {}: {}", scene_.name, warning);
@@ -271,6 +275,7 @@ int Execute(const RunOptions& options) {
                            : "a closed loop has no checkpoints: --checkpoint-every, --resume and "
                              "--stop-at need --open-loop");
   }
+  DemandReportPage(options.scene.report);
   if (closed) return RunControlScene(options.scene, options.control, options.shape_every);
   return reduced ? RunReducedScene(options.scene, options.shape_every) : RunJob(options).Execute();
 }
@@ -304,6 +309,7 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
   static RunOptions options;  // lives as long as the parser that points to it
   AddSceneOptions(command, &options.scene);
   AddOutOption(command, &options.scene);
+  AddReportOption(command, &options.scene.report);
   command
       ->add_option("--checkpoint-every", options.checkpoint_every_s,
                    "Write DIR.partial/checkpoint every so many simulated seconds, at a sample")

@@ -23,6 +23,7 @@
 #include "tools/mantle/shape_telemetry.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -236,7 +237,9 @@ class ControlJob {
       Complain("{}: {} at t = {:.6g} s; partial results in {}", scene_.name, reason, result.time_s,
                folder_->partial().string());
     }
-    Report(summary, complete);
+    PrintResults(summary, complete);
+    ReportBeside(scene_options_.report, complete ? folder_->folder() : folder_->partial(),
+                 scene_options_.json || !complete);
     if (complete && lcm_->counters().publish_failures > 0) {
       Complain("--lcm: {}: {} messages were not taken by the network", options_.lcm_url,
                lcm_->counters().publish_failures);
@@ -244,7 +247,7 @@ class ControlJob {
     return complete ? 0 : kExitCannotContinue;
   }
 
-  void Report(const Json& summary, bool complete) const {
+  void PrintResults(const Json& summary, bool complete) const {
     if (scene_options_.json) {
       PrintText(Dump(summary));
     } else if (complete) {

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "reduced/build/reduced_plant.h"
 #include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
@@ -15,7 +16,7 @@
 #include "tools/mantle/run_log.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
-#include "reduced/build/reduced_plant.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -137,6 +138,8 @@ int RunReducedScene(const SceneOptions& options, int shape_every) {
         result.sim_time_s / wall_s, result.counters.steps, result.counters.rejected,
         folder.folder().string());
   }
+  ReportBeside(options.report, complete ? folder.folder() : folder.partial(),
+               options.json || !complete);
   return complete ? 0 : kExitCannotContinue;
 }
 

@@ -180,7 +180,10 @@ void ShapeMessages::AddCables(const model::PlantState& state,
   ShapeTelemetry& m = message_;
   m.cable_points.clear();
   m.cable_position.clear();
-  m.cable_tension.assign(tension_n.begin(), tension_n.end());
+  m.cable_tension.assign(m.cable_name.size(), 0.0F);
+  std::transform(tension_n.begin(),
+                 tension_n.begin() + std::min(std::ssize(tension_n), std::ssize(m.cable_name)),
+                 m.cable_tension.begin(), [](double n) { return static_cast<float>(n); });
   const auto add = [&](const Vector3& p) { m.cable_position.push_back(ToFloats<3>(p + drift_m_)); };
   for (std::size_t a = 0; a < plant_.rods.size(); ++a) {
     const int arm = static_cast<int>(a), last = plant_.rods[a].element_count();

@@ -91,7 +91,12 @@ ReportFile WriteReport(const std::vector<fs::path>& folders, const fs::path& out
   return report;
 }
 
-void ReportBeside(const fs::path& folder, bool quiet) {
+void DemandReportPage(bool report) {
+  if (report) ReportPage();
+}
+
+void ReportBeside(bool report, const fs::path& folder, bool quiet) {
+  if (!report) return;
   const ReportFile report = WriteReport({folder}, folder / kReportName);
   if (!quiet) Print("  report in {}\n", report.file.string());
 }

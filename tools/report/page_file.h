@@ -33,7 +33,11 @@ struct ReportFile {
 ReportFile WriteReport(const std::vector<std::filesystem::path>& folders,
                        const std::filesystem::path& out, const PageOptions& options = {});
 
-/// For --report: the report of one folder into that folder, and a line that says where it is.
-void ReportBeside(const std::filesystem::path& folder, bool quiet);
+/// For --report, before anything is written: throws as ReportPage.
+void DemandReportPage(bool report);
+
+/// For --report: where `report` says so, the report of a folder of results into that folder, and,
+/// unless `quiet`, a line that says where it is. Throws as WriteReport.
+void ReportBeside(bool report, const std::filesystem::path& folder, bool quiet);
 
 }  // namespace mantle::tools

@@ -2,6 +2,7 @@
 /// scene is called.
 
 import type { Run, Table } from "./model";
+import { locate, mix } from "./timeline";
 
 export interface Curve {
   run: number;
@@ -172,13 +173,18 @@ const kSpecs: Spec[] = [
     channels: fixed(["residual", "power_balance_residual"]),
   },
   {
+    id: "static_load", title: "Load factor along the path of equilibria", unit: "–", source: "path",
+    help: "Where it falls, the path goes back behind a limit of the load.",
+    channels: fixed(["load factor", "load_factor"]),
+  },
+  {
     id: "static_tip", title: "Tips along the path of equilibria", unit: "m", source: "path",
-    help: "In the earth frame, over the load factor.",
+    help: "In the earth frame.",
     channels: (table) => matching(table, /^(.+_tip_[xyz])_m$/).map((c) => ({ ...c, name: words(c.name) })),
   },
   {
     id: "static_volume", title: "Volume along the path of equilibria", unit: "mL", scale: 1e6, source: "path",
-    help: "Over the load factor.",
+    help: "Enclosed by the mantle.",
     channels: fixed(["volume", "volume_m3"]),
   },
   {
@@ -198,6 +204,19 @@ function scaled(values: Float64Array, scale: number, logarithmic: boolean): Floa
 
 const isFlatZero = (values: Float64Array) => values.every((v) => v === 0 || Number.isNaN(v));
 
+const rises = (x: Float64Array) => x.every((v, i) => i === 0 || v >= x[i - 1]!);
+
+/** Whether a curve says what is drawn already: within a thousandth of its span, where both are. */
+function agree(known: Curve, x: Float64Array, values: Float64Array, scale: number): boolean {
+  const span = Math.max(...known.y) - Math.min(...known.y) || 1;
+  for (let k = 0; k <= 50; ++k) {
+    const i = Math.round((k / 50) * (x.length - 1));
+    if (x[i]! > known.x[known.x.length - 1]!) break;
+    if (Math.abs(mix(known.y, 1, locate(known.x, x[i]!), 0) - scale * values[i]!) > 1e-3 * span) return false;
+  }
+  return true;
+}
+
 /** Plots of the runs, in order; one that no run has a column for is not there. */
 export function choosePlots(runs: Run[]): Plot[] {
   const plots: Plot[] = [];
@@ -205,20 +224,24 @@ export function choosePlots(runs: Run[]): Plot[] {
     const curves: Curve[] = [];
     const channels: string[] = [];
     let over = "time";
+    const folded = runs.some((run) => run[spec.source] !== null && !rises(run[spec.source]!.x));
     runs.forEach((run, r) => {
       const table = run[spec.source];
       if (table === null || table.x.length < 2) return;
-      over = table.over === "time_s" ? "time" : words(table.over);
+      over = table.over === "time_s" ? "time" : folded ? "point of the path" : words(table.over);
+      const x = folded ? table.x.map((_v, i) => i) : table.x;
       for (const channel of spec.channels(table)) {
         const values = table.columns.get(channel.column);
         if (values === undefined || curves.length >= kMostCurves) continue;
+        const known = curves.find((c) => c.channel === channel.name && c.channel.endsWith("reference"));
+        if (known !== undefined && agree(known, x, values, spec.scale ?? 1)) continue;
         // One colour for what is commanded and what comes of it.
         const colour = channel.name.replace(/ (reference|commanded)$/, "");
         if (!channels.includes(colour)) channels.push(colour);
         curves.push({
           run: r,
           channel: channel.name,
-          x: table.x,
+          x,
           y: scaled(values, spec.scale ?? 1, spec.logarithmic ?? false),
           index: channels.indexOf(colour),
           dashed: channel.dashed ?? false,
@@ -226,6 +249,7 @@ export function choosePlots(runs: Run[]): Plot[] {
       }
     });
     if (curves.length === 0 || (spec.id === "misses" && curves.every((c) => isFlatZero(c.y)))) continue;
+    if (spec.id === "static_load" && over !== "point of the path") continue;
     if (spec.id === "thrust" && curves.every((c) => isFlatZero(c.y))) continue;
     plots.push({
       id: spec.id, title: spec.title, unit: spec.unit, over, help: spec.help,

@@ -259,6 +259,17 @@ class Report {
     bar("hoop strain [%]", "Mantle: hoop strain, positive where it is stretched", "hoop", `−${hoop}`, `+${hoop}`);
     bar("curvature [1/m]", "Arms: curvature of the bend", "curvature", "0", formatNumber(ranges.curvature, 3));
     bar("tension [N]", "Cables: tension", "tension", "0", formatNumber(ranges.tension, 3));
+    const lines = this.view!.lines();
+    const key = element("ul", { class: "line-key" });
+    const line = (there: boolean, kind: string, text: string) => {
+      if (there) key.append(element("li", {}, [element("span", { class: `sample ${kind}` }), text]));
+    };
+    line(this.runs.length === 1, "path", "path of the root");
+    line(lines.reference, "reference", "reference");
+    line(lines.plan, "plan", "plan ahead");
+    line(lines.waypoints, "waypoint", "waypoint, tolerance");
+    line(lines.jet, "jet", "jet");
+    bars.append(key);
     bars.append(element("div", { class: "grid-note" }, [`grid ${formatNumber(this.view!.gridSpacing_m, 2)} m`]));
     return bars;
   }

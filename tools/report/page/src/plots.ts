@@ -189,7 +189,9 @@ export class PlotCard {
     this.moveNow();
     if (this.plot.over !== "time" || !texts) return;
     this.plot.curves.forEach((curve, i) => {
-      const value = mix(curve.y, 1, locate(curve.x, time), 0);
+      // A run that has ended has no value any more.
+      const ended = time > curve.x[curve.x.length - 1]! + 1e-6;
+      const value = ended ? Number.NaN : mix(curve.y, 1, locate(curve.x, time), 0);
       const text = this.plot.logarithmic ? formatNumber(value, 3) : formatWithin(value, this.span);
       if (this.values[i]!.textContent !== text) this.values[i]!.textContent = text;
     });

@@ -71,8 +71,8 @@ function polyline(xyz: Float64Array, material: three.LineBasicMaterial): three.L
   return line;
 }
 
-/** A text that faces the reader; `height` in metres. */
-function label(text: string, colour: string, height: number): three.Sprite {
+/** A text that faces the reader; `height` in metres, or, on the screen, as a share of the view's. */
+function label(text: string, colour: string, height: number, onScreen = false): three.Sprite {
   const canvas = document.createElement("canvas");
   const size = 64;
   const context = canvas.getContext("2d")!;
@@ -87,7 +87,7 @@ function label(text: string, colour: string, height: number): three.Sprite {
   context.fillStyle = colour;
   context.fillText(text, 8, size / 2);
   const map = new three.CanvasTexture(canvas);
-  const sprite = new three.Sprite(new three.SpriteMaterial({ map, depthTest: false, transparent: true }));
+  const sprite = new three.Sprite(new three.SpriteMaterial({ map, depthTest: false, transparent: true, sizeAttenuation: !onScreen }));
   sprite.scale.set((height * canvas.width) / size, height, 1);
   return sprite;
 }
@@ -313,14 +313,24 @@ export class View3D {
           new three.SphereGeometry(0.15 * radius, 10, 8),
           new three.MeshBasicMaterial({ color: colour }),
         );
-        const text = label(`${i + 1}${runs.length === 1 ? (passed ? " ✓" : " ✗") : ""}`, passed ? "#009e73" : "#d55e00", 0.09 * this.bodyLength);
+        const text = label(`${i + 1}${runs.length === 1 ? (passed ? " ✓" : " ✗") : ""}`, passed ? "#009e73" : "#d55e00", 0.032, true);
         for (const object of [ball, core, text]) {
           object.position.copy(position);
           this.waypointGroup.add(object);
         }
-        text.position.addScalar(1.1 * radius);
+        text.position.z += 1.3 * radius;
       });
     }
+  }
+
+  /** Which lines there are besides the paths. */
+  lines(): { reference: boolean; plan: boolean; waypoints: boolean; jet: boolean } {
+    return {
+      reference: this.actors.some((a) => a.reference !== null),
+      plan: this.actors.some((a) => a.planRoot !== null),
+      waypoints: this.waypointGroup.children.length > 0,
+      jet: this.actors.some((a) => a.jet !== null),
+    };
   }
 
   hasBodies(): boolean {
