@@ -108,12 +108,12 @@ struct ShapeTelemetry {
   Quaternion root_quaternion{1, 0, 0, 0};
   std::vector<std::string> arm_name;
   std::vector<std::int32_t> arm_nodes;       ///< of this arm
-  std::vector<double> arc_length;            ///< of all arms' nodes, as what follows
-  std::vector<Triple> position;              ///<
-  std::vector<Quaternion> quaternion;        ///<
-  std::vector<float> radius;                 ///<
-  std::vector<std::array<float, 6>> strain;  ///< between a node and the next of its arm
-  std::vector<std::array<float, 6>> stress;  ///< of the material, there
+  std::vector<double> arc_length;            ///< nodes: one arm after the other
+  std::vector<Triple> position;              ///< nodes
+  std::vector<Quaternion> quaternion;        ///< nodes
+  std::vector<float> radius;                 ///< nodes
+  std::vector<std::array<float, 6>> strain;  ///< spans: between a node and the next of its arm
+  std::vector<std::array<float, 6>> stress;  ///< spans
   std::string mantle_name;                   ///< empty without a mantle
   double mantle_half_thickness{0};
   std::vector<double> mantle_arc_length;
@@ -124,7 +124,7 @@ struct ShapeTelemetry {
   std::vector<std::string> cable_name;
   std::vector<std::int32_t> cable_points;  ///< of this cable
   std::vector<float> cable_tension;
-  std::vector<std::array<float, 3>> cable_position;  ///< of all cables' points
+  std::vector<std::array<float, 3>> cable_position;  ///< points: one cable after the other
 
   bool operator==(const ShapeTelemetry&) const = default;
 };

@@ -34,6 +34,7 @@ constexpr std::size_t kFewShapes = 300, kAllShapes = 10'000'000;
 struct ExportOptions {
   std::string folder, format, out;
   std::size_t shapes{0};
+  bool json{false};
 };
 
 bool IsFolder(const std::string& format) { return format == "csv" || format == "vtk"; }
@@ -131,6 +132,7 @@ int Export(const ExportOptions& options) {
         Destination(options, runs.size() < 2 ? "" : run.label.substr(run.label.rfind(' ') + 1)));
     DemandPlace(places.back(), IsFolder(options.format));
   }
+  Json made = Json::array();
   for (std::size_t i = 0; i < runs.size(); ++i) {
     const std::size_t all = runs[i].shapes.size();
     Thin(std::max<std::size_t>(most, 2), &runs[i]);
@@ -139,9 +141,15 @@ int Export(const ExportOptions& options) {
     } else {
       WriteFile(runs[i], options.format, most, places[i]);
     }
+    made.push_back({{"out", places[i].string()},
+                    {"shapes", runs[i].shapes.size()},
+                    {"of_shapes", all},
+                    {"notes", runs[i].notes}});
+    if (options.json) continue;
     Print("{}: {} of {} shapes\n", places[i].string(), runs[i].shapes.size(), all);
     for (const std::string& note : runs[i].notes) Print("  {}\n", note);
   }
+  if (options.json) PrintText(Dump(Json{{"exports", made}}));
   return 0;
 }
 
@@ -163,6 +171,7 @@ void AddExportCommand(CLI::App& app, int& exit_status) {
                    "At most so many shapes, thinned evenly (default: all; gltf and mcap 300)")
       ->type_name("N")
       ->check(CLI::Range(2, 10'000'000));
+  command->add_flag("--json", options.json, "One JSON object on standard output");
   command->callback([&exit_status] { exit_status = Export(options); });
 }
 

@@ -97,8 +97,8 @@ void DemandReportPage(bool report) {
 
 void ReportBeside(bool report, const fs::path& folder, bool quiet) {
   if (!report) return;
-  const ReportFile report = WriteReport({folder}, folder / kReportName);
-  if (!quiet) Print("  report in {}\n", report.file.string());
+  const ReportFile made = WriteReport({folder}, folder / kReportName);
+  if (!quiet) Print("  report in {}\n", made.file.string());
 }
 
 }  // namespace mantle::tools
