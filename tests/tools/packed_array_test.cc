@@ -66,6 +66,7 @@ TEST(Thinning, KeepsBothEndsAndAtMostWhatItMay) {
     }
   }
   EXPECT_EQ(ThinningFor(4000, 4000), 1U);
+  EXPECT_EQ(EveryKth(21, ThinningFor(21, 3)), (std::vector<std::size_t>{0, 10, 20}));
 }
 
 TEST(Thinning, ErrorIsTheLargestDistanceFromTheLine) {

@@ -43,7 +43,7 @@ class LeafFiller {
     } else if constexpr (std::is_integral_v<T>) {
       value = static_cast<T>((sample_ + leaf_++) % 100);
     } else if constexpr (std::is_floating_point_v<T>) {
-      value = sample_ + leaf_++ / 8.0;
+      value = static_cast<T>(sample_ + leaf_++ / 8.0);
     } else {
       for (auto& entry : value) Fill(entry);
     }

@@ -29,7 +29,7 @@ constexpr const char* kHelp =
     "bad input,\nnothing changed. 3: could not go on; what was written is in FOLDER.partial.";
 
 // Shapes that formats with one picture for each take without being asked.
-constexpr std::size_t kFewShapes = 300, kAllShapes = 10'000'000;
+constexpr std::size_t kFewShapes = 400, kAllShapes = 10'000'000;
 
 struct ExportOptions {
   std::string folder, format, out;
@@ -168,7 +168,7 @@ void AddExportCommand(CLI::App& app, int& exit_status) {
       ->type_name("PATH");
   command
       ->add_option("--shapes", options.shapes,
-                   "At most so many shapes, thinned evenly (default: all; gltf and mcap 300)")
+                   "At most so many shapes, thinned evenly (default: all; gltf and mcap 400)")
       ->type_name("N")
       ->check(CLI::Range(2, 10'000'000));
   command->add_flag("--json", options.json, "One JSON object on standard output");

@@ -94,7 +94,8 @@ std::vector<std::size_t> EveryKth(std::size_t rows, std::size_t k) {
 
 std::size_t ThinningFor(std::size_t rows, std::size_t most) {
   std::size_t k = 1;
-  while (rows > most && (rows - 1) / k + 2 > most) ++k;
+  const auto kept = [&] { return (rows - 1) / k + 1 + ((rows - 1) % k != 0 ? 1 : 0); };
+  while (rows > most && kept() > most) ++k;
   return k;
 }
 
