@@ -349,11 +349,12 @@ class Report {
     if (this.clock.textContent !== text) this.clock.textContent = text;
     if (this.speed.value !== String(player.speed)) this.speed.value = String(player.speed);
     this.view?.setTime(player.time);
-    // Texts, which lay the page out anew, follow ten times a second; lines and picture every frame.
+    // Texts, which lay the page out anew, follow ten times a second; lines and picture every frame, but for
+    // lines where the processor draws it all: what moves all over the page costs it a third of its frames.
     const now = performance.now();
     const texts = !player.playing || now - this.told > 100;
     if (texts) this.told = now;
-    for (const card of this.cards) card.setTime(player.time, texts);
+    if (texts || this.view?.software !== true) for (const card of this.cards) card.setTime(player.time, texts);
     if (texts) for (const table of this.drives) table.setTime(player.time);
     this.app.dataset.time = player.time.toFixed(3);
   }

@@ -114,6 +114,8 @@ export class View3D {
   readonly ranges: FieldRanges;
   readonly layers: Layers = { bodies: true, cables: true, path: true, reference: true, plan: true, jet: true, grid: true };
   follow = true;
+  /** WebGL is drawn by the processor. */
+  readonly software: boolean;
   byRun: boolean;
   /** Spacing of the grid's lines [m]. */
   gridSpacing_m = 0.1;
@@ -142,6 +144,7 @@ export class View3D {
     runs: Run[],
   ) {
     const software = drawsInSoftware();
+    this.software = software;
     this.renderer = new three.WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
     this.pixelRatio = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
     this.ranges = fieldRanges(runs);

@@ -25,7 +25,7 @@ mantle("report", "static");
 
 const browser = await chromium.launch({
   executablePath: browserPath,
-  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"],
 });
 const complaints = [];
 /** Waits from out here: the page's own policy lets nothing be evaluated in it. */
@@ -88,7 +88,7 @@ try {
     await page.waitForTimeout(200);
     assert.equal(await time(page), stopped);
   });
-  await check("it draws 30 frames a second without a GPU, on an idle machine; 8 on a busy one", async () => {
+  await check("it draws 12 frames a second at least without a GPU, on a machine that is busy with other tests", async () => {
     await page.keyboard.press("Home");
     await page.keyboard.press("-"); // half speed: 3 s of replay
     const first = await frames(page);
@@ -97,7 +97,7 @@ try {
     const rate = ((await frames(page)) - first) / 2;
     await page.keyboard.press(" ");
     console.log(`   ${rate.toFixed(0)} frames a second`);
-    assert.ok(rate > 8, `${rate} frames a second`);
+    assert.ok(rate > 12, `${rate} frames a second`);
   });
   await check("keys move time, and a click into a plot goes there", async () => {
     await page.keyboard.press("Home");

@@ -14,7 +14,7 @@ mantle("run", join(scenes, "steer.toml"), "--controller", "pursuit", "--out", "p
 mantle("run", join(scenes, "paper.toml"), "--out", "paper", "--report");
 mantle("report", "mpc", "pursuit", "--out", "both.html");
 
-const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] });
+const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--enable-unsafe-swiftshader"] });
 /** One picture of a report at a time, after some keys. */
 async function picture(report, name, { width = 1280, height = 720, dark = false, time = 0, keys = [] }) {
   const page = await browser.newPage({ viewport: { width, height }, colorScheme: dark ? "dark" : "light" });
