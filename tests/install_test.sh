@@ -65,6 +65,11 @@ mantle=$work/prefix/bin/mantle
 "$mantle" check "$scenes/arm_static.toml" | grep -q arm
 "$mantle" run "$scenes/reach.toml" --set time.duration=0.2 --out "$work/out" >/dev/null
 "$mantle" log "$work/out/telemetry.lcmlog" | grep -q MANTLE_PLAN
+"$mantle" log "$work/out/telemetry.lcmlog" | grep -q MANTLE_SHAPE
+if [ -f "$build/report/report.html" ]; then
+  "$mantle" report "$work/out" | grep -q '1 run'
+  grep -q 'id="mantle-data"' "$work/out/report.html"
+fi
 zcat "$work/prefix/share/man/man1/mantle-run.1.gz" | grep -q -- 'checkpoint'
 grep -q '"title": "Mantle scene"' "$work/prefix/share/mantle/scene.schema.json"
 [ -f "$work/prefix/share/bash-completion/completions/mantle" ]

@@ -29,6 +29,8 @@ class ReducedSimulation {
   ReducedSimulation(const ReducedPlant& model, const ReducedRunSettings& settings);
 
   const ReducedState& state() const { return state_; }
+  /// The plant's state that the last Observe lifted state() to.
+  const model::PlantState& lifted() const { return lifted_; }
   ReducedState* mutable_state() { return &state_; }
   model::StepStatus AdvanceTo(double t_s);
   /// Of the lifted state, with the reduced model's own acceleration of the root.

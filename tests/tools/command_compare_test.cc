@@ -11,6 +11,9 @@
 namespace mantle::testing_tools {
 namespace {
 
+const std::set<std::string> kFiles = {"summary.json", "full.csv", "full.lcmlog", "reduced.csv",
+                                      "reduced.lcmlog"};
+
 std::set<std::string> FilesIn(const std::filesystem::path& folder) {
   std::set<std::string> files;
   for (const auto& f : std::filesystem::directory_iterator(folder)) {
@@ -39,7 +42,7 @@ TEST(MantleCompare, PaperSwimsWithinFivePercentOfTheBodyLength) {
   const Outcome outcome = Mantle(folder, "compare " + Scene("paper") + " --out out");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(FilesIn(folder / "out"),
-            (std::set<std::string>{"summary.json", "full.csv", "reduced.csv"}));
+            kFiles);
   const auto summary = ReadJson(folder / "out/summary.json");
   EXPECT_EQ(summary.at("complete"), true);
   EXPECT_EQ(summary.at("reason"), "");
@@ -122,7 +125,7 @@ TEST(MantleCompare, RunThatCannotGoOnLeavesPartialResults) {
             std::string::npos)
       << outcome.err;
   EXPECT_EQ(FilesIn(folder / "out.partial"),
-            (std::set<std::string>{"summary.json", "full.csv", "reduced.csv"}));
+            kFiles);
   const auto summary = ReadJson(folder / "out.partial/summary.json");
   EXPECT_EQ(summary.at("complete"), false);
   EXPECT_EQ(summary.at("full").at("ok"), false);
@@ -136,7 +139,8 @@ TEST(MantleRunReduced, WritesWhatTheFullModelWritesButBalances) {
   const Outcome small = Mantle(folder, "run " + scene + " --model reduced --out reduced");
   ASSERT_EQ(full.status, 0) << full.err;
   ASSERT_EQ(small.status, 0) << small.err;
-  EXPECT_EQ(FilesIn(folder / "reduced"), (std::set<std::string>{"summary.json", "trajectory.csv"}));
+  EXPECT_EQ(FilesIn(folder / "reduced"),
+            (std::set<std::string>{"summary.json", "telemetry.lcmlog", "trajectory.csv"}));
   const auto a = ReadJson(folder / "full/summary.json");
   const auto b = ReadJson(folder / "reduced/summary.json");
   EXPECT_EQ(b.at("model"), "reduced");

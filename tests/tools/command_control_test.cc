@@ -172,7 +172,7 @@ TEST_F(ClosedLoopRun, TelemetryOfEveryChannelIsInTheLogAtItsRate) {
   const Outcome log = Mantle(folder_, "log out/telemetry.lcmlog --json");
   ASSERT_EQ(log.status, 0) << log.err;
   const auto channels = nlohmann::json::parse(log.out).at("channels");
-  ASSERT_EQ(channels.size(), 6U);
+  ASSERT_EQ(channels.size(), 7U);
   for (const auto& [name, channel] : channels.items()) {
     EXPECT_EQ(channel.at("messages"), name == "MANTLE_PLAN" ? kPlans : kSamples) << name;
     const Outcome table = Mantle(folder_, "log out/telemetry.lcmlog --csv --channel " + name);
@@ -241,7 +241,8 @@ TEST_F(ClosedLoopRun, OpenLoopIsThePlantAlone) {
   ASSERT_EQ(Run("--out out").status, 0);
   const Outcome outcome = Run("--out out --open-loop");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(FilesIn(folder_ / "out"), (std::set<std::string>{"summary.json", "trajectory.csv"}))
+  EXPECT_EQ(FilesIn(folder_ / "out"),
+            (std::set<std::string>{"summary.json", "telemetry.lcmlog", "trajectory.csv"}))
       << "nothing of the run before";
   EXPECT_FALSE(ReadJson(folder_ / "out/summary.json").contains("control"));
 }

@@ -31,7 +31,7 @@ TEST(MantleRun, WritesSummaryAndTrajectory) {
   for (const auto& f : std::filesystem::directory_iterator(folder / "out")) {
     files.insert(f.path().filename().string());
   }
-  EXPECT_EQ(files, (std::set<std::string>{"summary.json", "trajectory.csv"}));
+  EXPECT_EQ(files, (std::set<std::string>{"summary.json", "telemetry.lcmlog", "trajectory.csv"}));
 
   const auto summary = ReadJson(folder / "out/summary.json");
   EXPECT_EQ(summary.at("scene"), "paper");
@@ -103,7 +103,7 @@ TEST(MantleRun, JsonIsTheSummaryAlone) {
 
 TEST(MantleRun, ResumedRunHasTheSameBits) {
   const auto folder = FreshFolder("resume");
-  const std::string run = "run " + Scene("paper") + kShort;
+  const std::string run = "run " + Scene("paper") + kShort + " --shape-every 3";
   ASSERT_EQ(Mantle(folder, run + " --out whole").status, 0);
   const Outcome stopped = Mantle(folder, run + " --out part --stop-at 0.13");
   EXPECT_EQ(stopped.status, 0) << "it did what it was asked";
@@ -112,10 +112,16 @@ TEST(MantleRun, ResumedRunHasTheSameBits) {
   EXPECT_TRUE(std::filesystem::exists(folder / "part.partial/trajectory.csv"));
   EXPECT_TRUE(std::filesystem::exists(folder / "part.partial/summary.json"));
   EXPECT_FALSE(std::filesystem::exists(folder / "part"));
+  const Outcome other = Mantle(
+      folder, run.substr(0, run.size() - 1) + "2 --out part --resume part.partial/checkpoint");
+  EXPECT_EQ(other.status, 2);
+  EXPECT_NE(other.err.find("--shape-every: 2, must be 3 as in the run"), std::string::npos);
   const Outcome resumed = Mantle(folder, run + " --out part --resume part.partial/checkpoint");
   ASSERT_EQ(resumed.status, 0) << resumed.err;
   EXPECT_FALSE(std::filesystem::exists(folder / "part.partial"));
   EXPECT_EQ(ReadFile(folder / "part/trajectory.csv"), ReadFile(folder / "whole/trajectory.csv"));
+  EXPECT_EQ(ReadFile(folder / "part/telemetry.lcmlog"),
+            ReadFile(folder / "whole/telemetry.lcmlog"));
   EXPECT_EQ(WithoutWallTime(ReadJson(folder / "part/summary.json")),
             WithoutWallTime(ReadJson(folder / "whole/summary.json")));
 }

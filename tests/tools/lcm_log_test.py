@@ -18,6 +18,8 @@ SYNC_WORD = 0xEDA1DA01
 COUNTS = {
     "num_arms": 8, "num_cables": 33, "num_motors": 16, "num_drives": 16, "num_knots": 21,
     "num_q": 99, "num_v": 105, "num_works": 60,
+    "num_nodes": 88, "num_spans": 80, "num_mantle_nodes": 33, "num_mantle_spans": 32,
+    "num_rigid_points": 3, "num_cable_points": 368,
 }
 
 
@@ -72,6 +74,7 @@ def main():
         "MANTLE_STATE": mantle.state_t, "MANTLE_REDUCED_STATE": mantle.reduced_state_t,
         "MANTLE_PLAN": mantle.plan_t, "MANTLE_DRIVES": mantle.drives_t,
         "MANTLE_ENERGY": mantle.energy_t, "MANTLE_STATUS": mantle.status_t,
+        "MANTLE_SHAPE": mantle.shape_t,
     }
     leaves_of = {}
     with tempfile.TemporaryDirectory() as folder:

@@ -33,16 +33,20 @@ TEST(Module, TheProgramStartsWithoutSolverAndLcm) {
   }
 }
 
-TEST(Module, APlainRunLoadsNoModuleAndAClosedLoopBoth) {
+TEST(Module, ARunLoadsTheModulesThatItNeeds) {
   const auto folder = FreshFolder("module_run");
-  const auto loaded = [&](const std::string& scene) {
+  const auto loaded = [&](const std::string& scene, const std::string& options = "") {
     return Shell(folder, "LD_DEBUG=files '" + tests::BinaryPath("mantle") + "' run " +
-                             Scene(scene) + " --set time.duration=0.1 --out out");
+                             Scene(scene) + " --set time.duration=0.1 --out out" + options);
   };
-  const Outcome plain = loaded("arm_dynamic");
+  const Outcome plain = loaded("arm_dynamic", " --shape-every 0");
   ASSERT_EQ(plain.status, 0) << plain.err.substr(0, 2000);
   EXPECT_NE(plain.err.find("libfmt"), std::string::npos) << "LD_DEBUG shows what is loaded";
   for (const char* name : kHeavy) EXPECT_EQ(plain.err.find(name), std::string::npos) << name;
+  const Outcome logged = loaded("arm_dynamic");
+  ASSERT_EQ(logged.status, 0) << logged.err.substr(0, 2000);
+  EXPECT_NE(logged.err.find("mantle_lcm.so"), std::string::npos);
+  EXPECT_EQ(logged.err.find("libipopt"), std::string::npos) << "nothing is planned";
   const Outcome closed = loaded("reach");
   ASSERT_EQ(closed.status, 0) << closed.err.substr(0, 2000);
   EXPECT_NE(closed.err.find("mantle_ipopt.so"), std::string::npos);

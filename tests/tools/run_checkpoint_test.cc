@@ -15,8 +15,16 @@ using namespace tools;
 constexpr std::uint64_t kFingerprint = 0x0123456789ABCDEF;
 
 RunCheckpoint Sample() {
-  return {
-      kFingerprint, 9, scene::Hash("time_s\n0\n"), {0.1, 0.09, 0.12, true}, "rod 3\n0.25 1e-3\n"};
+  RunCheckpoint c;
+  c.fingerprint = kFingerprint;
+  c.trajectory_bytes = 9;
+  c.trajectory_hash = scene::Hash("time_s\n0\n");
+  c.shape_every = 2;
+  c.log_bytes = 5;
+  c.log_hash = scene::Hash("event");
+  c.volume = {0.1, 0.09, 0.12, true};
+  c.simulation = "rod 3\n0.25 1e-3\n";
+  return c;
 }
 
 bool IsRefused(const std::string& text) {
@@ -35,6 +43,9 @@ TEST(RunCheckpoint, IsReadBackAsItWasWritten) {
   const RunCheckpoint c = ReadCheckpoint(file, kFingerprint);
   EXPECT_EQ(c.trajectory_bytes, 9);
   EXPECT_EQ(c.trajectory_hash, Sample().trajectory_hash);
+  EXPECT_EQ(c.shape_every, 2);
+  EXPECT_EQ(c.log_bytes, 5);
+  EXPECT_EQ(c.log_hash, Sample().log_hash);
   EXPECT_EQ(c.volume.min_m3, 0.09);
   EXPECT_TRUE(c.volume.started);
   EXPECT_EQ(c.simulation, Sample().simulation);
@@ -70,6 +81,21 @@ TEST(RunCheckpoint, GoesOnOnlyWithItsOwnTrajectory) {
   EXPECT_THROW(TrajectoryBefore(folder / "checkpoint", Sample()), BadInput);
 }
 
+TEST(RunCheckpoint, GoesOnOnlyWithItsOwnLog) {
+  const auto folder = FreshFolder("checkpoint_log");
+  const auto before = [&](const std::string& log) {
+    std::ofstream(folder / "telemetry.lcmlog", std::ios::binary) << log;
+    return LogBefore(folder / "checkpoint", Sample());
+  };
+  EXPECT_EQ(before("event"), "event");
+  EXPECT_EQ(before("event, and more"), "event");
+  EXPECT_THROW(before("evens"), BadInput);
+  EXPECT_THROW(before("even"), BadInput);
+  RunCheckpoint without = Sample();
+  without.shape_every = 0;
+  EXPECT_EQ(LogBefore(folder / "nowhere" / "checkpoint", without), "");
+}
+
 TEST(RunCheckpoint, BelongsToEveryFileThatTheSceneReads) {
   const auto folder = FreshFolder("checkpoint_files");
   const auto put = [&](const char* name, const std::string& text) {
@@ -89,7 +115,7 @@ TEST(RunCheckpoint, BelongsToEveryFileThatTheSceneReads) {
   ASSERT_EQ(stopped.status, 0) << stopped.err;
   const fs::path kept = folder / "kept";
   fs::create_directory(kept);
-  for (const char* name : {"checkpoint", "trajectory.csv"}) {
+  for (const char* name : {"checkpoint", "trajectory.csv", "telemetry.lcmlog"}) {
     fs::copy_file(folder / "out.partial" / name, kept / name);
   }
   const auto expect_refused = [&](const char* what) {

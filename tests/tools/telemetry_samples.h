@@ -20,6 +20,8 @@ inline constexpr std::size_t kMotors = 16;
 inline constexpr std::size_t kKnots = 21;  ///< of a horizon of 20 intervals
 inline constexpr std::size_t kCoordinates = 8 * 12 + 3;
 inline constexpr std::size_t kWorks = 60;
+inline constexpr std::size_t kNodes = 8 * 11, kMantleNodes = 33, kRigidPoints = 3;
+inline constexpr std::size_t kCablePoints = 32 * 11 + 16;
 inline constexpr std::int64_t kSamplePeriod_us = 10'000;
 
 /// Leaf n (counted over the message, utime is leaf 0) of sample k: k + n / 8 as a double, (k + n)
@@ -41,7 +43,7 @@ class LeafFiller {
     } else if constexpr (std::is_integral_v<T>) {
       value = static_cast<T>((sample_ + leaf_++) % 100);
     } else if constexpr (std::is_floating_point_v<T>) {
-      value = sample_ + leaf_++ / 8.0;
+      value = static_cast<T>(sample_ + leaf_++ / 8.0);
     } else {
       for (auto& entry : value) Fill(entry);
     }
@@ -63,6 +65,7 @@ struct Messages {
   tools::DrivesTelemetry drives;
   tools::EnergyTelemetry energy;
   tools::StatusTelemetry status;
+  tools::ShapeTelemetry shape;
 
   bool operator==(const Messages&) const = default;
   void WriteTo(tools::TelemetrySink& sink) const {
@@ -72,6 +75,7 @@ struct Messages {
     sink.Write(drives);
     sink.Write(energy);
     sink.Write(status);
+    sink.Write(shape);
   }
 };
 
@@ -104,12 +108,31 @@ inline Messages OctopusMessages(int sample) {
   d.reeled_length.resize(kMotors);
   m.energy.work_name.resize(kWorks);
   m.energy.work.resize(kWorks);
+  tools::ShapeTelemetry& s = m.shape;
+  s.arm_name.resize(kArms);
+  s.arm_nodes.resize(kArms);
+  s.arc_length.resize(kNodes);
+  s.position.resize(kNodes);
+  s.quaternion.resize(kNodes);
+  s.radius.resize(kNodes);
+  s.strain.resize(kNodes - kArms);
+  s.stress.resize(kNodes - kArms);
+  s.mantle_arc_length.resize(kMantleNodes);
+  s.mantle_profile.resize(kMantleNodes);
+  s.mantle_strain.resize(kMantleNodes - 1);
+  s.mantle_stress.resize(kMantleNodes - 1);
+  s.rigid_profile.resize(kRigidPoints);
+  s.cable_name.resize(kCables);
+  s.cable_points.resize(kCables);
+  s.cable_tension.resize(kCables);
+  s.cable_position.resize(kCablePoints);
   Fill(sample, &m.state);
   Fill(sample, &m.reduced_state);
   Fill(sample, &m.plan);
   Fill(sample, &m.drives);
   Fill(sample, &m.energy);
   Fill(sample, &m.status);
+  Fill(sample, &m.shape);
   return m;
 }
 
@@ -122,6 +145,7 @@ class Recorder final : public tools::TelemetrySink {
   void Write(const tools::DrivesTelemetry& m) override { Keep(m, &last.drives); }
   void Write(const tools::EnergyTelemetry& m) override { Keep(m, &last.energy); }
   void Write(const tools::StatusTelemetry& m) override { Keep(m, &last.status); }
+  void Write(const tools::ShapeTelemetry& m) override { Keep(m, &last.shape); }
 
   Messages last;
   int count{0};

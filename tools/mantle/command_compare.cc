@@ -9,8 +9,10 @@
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/reduced_run.h"
+#include "tools/mantle/run_log.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -19,8 +21,9 @@ constexpr const char* kHelp =
     "Run a scene with the full and the reduced model and compare them (docs/reduced.md).\n\n"
     "  mantle compare scenes/paper.toml --out results\n"
     "  mantle compare scenes/paper.toml --set reduced.segments=3 --set reduced.strains=six\n\n"
-    "Writes summary.json (fields reduced_error_*, lengths relative to the body length), full.csv\n"
-    "and reduced.csv. Exit status 0: done. 2: bad input. 3: one of the runs could not go on; what "
+    "Writes summary.json (fields reduced_error_*, lengths relative to the body length), full.csv "
+    "and\nreduced.csv, full.lcmlog and reduced.lcmlog. Exit status 0: done. 2: bad input. 3: one "
+    "of the runs could not go on; what "
     "was\n"
     "reached is in the folder DIR.partial.";
 
@@ -35,14 +38,16 @@ struct Recorded {
   double wall_s{0};
 };
 
-template <typename Simulation>
-Recorded Record(Simulation* simulation, double duration_s) {
+/// `add` hears of every sample.
+template <typename Simulation, typename Add>
+Recorded Record(Simulation* simulation, double duration_s, Add add) {
   Recorded out;
   Progress progress(0.0, duration_s, "s", true);
   const auto begin = Clock::now();
   out.result = simulation->Run([&](const model::Sample& sample) {
     progress.Update(sample.time_s);
     out.samples.push_back(sample);
+    add(sample);
     return !Interrupted();
   });
   out.wall_s = Since(begin);
@@ -58,10 +63,20 @@ int Compare(const SceneOptions& options) {
   const auto small = BuildReduced(options, scene);
   reduced::ReducedSimulation fast = BuildSimulation(options, scene, *small);
   const auto plant = BuildFullRun(options, scene, small->plant);
+  DemandReportPage(options.report);
+  RunLog fast_log(small->plant, 1, "reduced.lcmlog"), full_log(small->plant, 1, "full.lcmlog");
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
+  fast_log.Start(folder.partial());
+  full_log.Start(folder.partial());
   CatchInterrupts();
-  const Recorded quick = Record(&fast, scene.run.duration_s);
-  const Recorded full = Record(plant.get(), scene.run.duration_s);
+  const Recorded quick = Record(&fast, scene.run.duration_s, [&](const model::Sample& sample) {
+    fast_log.Add(sample, fast.lifted(), nullptr, false);
+  });
+  const Recorded full = Record(plant.get(), scene.run.duration_s, [&](const model::Sample& sample) {
+    full_log.Add(sample, plant->state(), &plant->energy(), false);
+  });
+  fast_log.Close();
+  full_log.Close();
 
   const bool complete = full.result.ok && quick.result.ok && !Interrupted();
   const std::string reason = complete         ? ""
@@ -116,6 +131,8 @@ int Compare(const SceneOptions& options) {
     Print("\n");
     Print("  results in {}\n", folder.folder().string());
   }
+  ReportBeside(options.report, complete ? folder.folder() : folder.partial(),
+               options.json || !complete);
   return complete ? 0 : kExitCannotContinue;
 }
 
@@ -126,6 +143,7 @@ void AddCompareCommand(CLI::App& app, int& exit_status) {
   static SceneOptions options;
   AddSceneOptions(command, &options);
   AddOutOption(command, &options);
+  AddReportOption(command, &options.report);
   command->callback([&exit_status] { exit_status = Compare(options); });
 }
 

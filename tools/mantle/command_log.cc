@@ -61,6 +61,7 @@ class CsvPrinter final : public TelemetrySink {
   void Write(const DrivesTelemetry& m) override { Print(m); }
   void Write(const EnergyTelemetry& m) override { Print(m); }
   void Write(const StatusTelemetry& m) override { Print(m); }
+  void Write(const ShapeTelemetry& m) override { Print(m); }
 
  private:
   template <typename T>

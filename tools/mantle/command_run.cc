@@ -1,10 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "firmware_sim/bus/open_bus.h"
 #include "tools/mantle/build_run.h"
@@ -15,27 +17,29 @@
 #include "tools/mantle/progress.h"
 #include "tools/mantle/reduced_run.h"
 #include "tools/mantle/run_checkpoint.h"
+#include "tools/mantle/run_log.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
 #include "tools/mantle/trajectory.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
 
 constexpr double kSameTime_s = 1e-9;
 constexpr const char* kHelp =
-    "Run a scene in time and write summary.json and trajectory.csv (docs/outputs.md). A scene with "
-    "a "
-    "table\n[control] runs in closed loop, through simulated drives on a CAN bus, and leaves its "
-    "telemetry\n(docs/control.md).\n\n"
+    "Run a scene in time and write summary.json, trajectory.csv and telemetry.lcmlog "
+    "(docs/outputs.md).\nA scene with a table [control] runs in closed loop, through simulated "
+    "drives on a CAN bus\n(docs/control.md).\n\n"
     "  mantle run scenes/paper.toml --out results\n"
     "  mantle run scenes/paper.toml --set time.step=0.002 --set time.integrator=sdirk3\n"
     "  mantle run scenes/paper.toml --json | python3 -m json.tool\n"
     "  mantle run scenes/paper.toml --model reduced\n"
     "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
     "  mantle run scenes/paper.toml --out r --resume r.partial/checkpoint\n"
-    "  mantle run scenes/steer.toml --out results                   # closed loop\n"
+    "  mantle run scenes/steer.toml --out results --report          # closed loop, and a page to "
+    "look at\n"
     "  mantle run scenes/steer.toml --realtime --lcm 'udpm://239.255.76.67:7667?ttl=0'\n"
     "  mantle run scenes/steer.toml --bus can:vcan0 --record bus.log\n\n"
     "Exit status 0: done. 1: standard output could not be written. 2: bad input, nothing changed. "
@@ -49,6 +53,8 @@ struct RunOptions {
   std::string resume;
   RunChoice choice;
   ControlRunOptions control;
+  int shape_every{1};
+  bool shape_every_given{false};
 
   bool has_checkpoints() const {
     return std::isfinite(checkpoint_every_s) || std::isfinite(stop_at_s) || !resume.empty();
@@ -87,6 +93,11 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
   Print("  results in {}\n", folder.string());
 }
 
+// Without the titles.
+std::int64_t RowCount(const std::string& csv) {
+  return std::max<std::int64_t>(std::count(csv.begin(), csv.end(), '\n') - 1, 0);
+}
+
 /// One run of the command: owns what its sample-by-sample observer needs.
 class RunJob {
  public:
@@ -101,10 +112,12 @@ class RunJob {
   int Execute() {
     DemandCheckpoints();
     simulation_ = BuildFullRun(options_.scene, scene_, plant_);
-    const std::string before = Resume();
+    const Before before = Resume();
+    if (shape_every_ > 0) log_.emplace(plant_, shape_every_);
     const double start_s = simulation_->time_s();
     OpenFolder();
-    StartTrajectory(before.empty() ? TrajectoryTitles(plant_) : before);
+    StartTrajectory(before.trajectory.empty() ? TrajectoryTitles(plant_) : before.trajectory);
+    if (log_) log_->Start(folder_->partial(), before.log, RowCount(before.trajectory));
     next_checkpoint_s_ = NextCheckpoint(start_s);
     CatchInterrupts();
     Progress progress(start_s, scene_.run.duration_s, "s", true);
@@ -127,8 +140,15 @@ class RunJob {
   std::unique_ptr<model::Simulation> simulation_;
   std::unique_ptr<OutputFile> trajectory_;
   std::uint64_t trajectory_hash_{scene::kEmptyHash};
+  int shape_every_{options_.shape_every};
+  std::optional<RunLog> log_;
   VolumeRange volume_;
   double next_checkpoint_s_{0};
+
+  // What a resumed run has already written.
+  struct Before {
+    std::string trajectory, log;
+  };
 
   // CVODE keeps a history that a checkpoint cannot hold.
   bool can_checkpoint() const { return scene_.run.stepper.integrator != model::Integrator::kCvode; }
@@ -144,8 +164,8 @@ class RunJob {
         "{}: needs another integrator than cvode, whose history no checkpoint holds", option));
   }
 
-  // Rows of the trajectory so far; empty for a run from the start.
-  std::string Resume() {
+  // Both empty for a run from the start.
+  Before Resume() {
     if (options_.resume.empty()) return {};
     const RunCheckpoint c = ReadCheckpoint(options_.resume, scene_.fingerprint);
     try {
@@ -154,12 +174,17 @@ class RunJob {
       throw BadInput(fmt::format("--resume: {}: {}", options_.resume, error.what()));
     }
     volume_ = c.volume;
-    return TrajectoryBefore(options_.resume, c);
+    if (options_.shape_every_given && options_.shape_every != c.shape_every) {
+      throw BadInput(fmt::format("--shape-every: {}, must be {} as in the run that is resumed",
+                                 options_.shape_every, c.shape_every));
+    }
+    shape_every_ = c.shape_every;
+    return {TrajectoryBefore(options_.resume, c), LogBefore(options_.resume, c)};
   }
 
   // What it goes on from stays until there is something newer.
   void OpenFolder() {
-    constexpr const char* kResumed[] = {"trajectory.csv", "checkpoint"};
+    constexpr const char* kResumed[] = {"trajectory.csv", "telemetry.lcmlog", "checkpoint"};
     ResultFolder::Kept kept;
     if (!options_.resume.empty()) {
       kept = {std::filesystem::absolute(options_.resume).parent_path(), kResumed};
@@ -179,15 +204,21 @@ class RunJob {
 
   void SaveCheckpoint() {
     trajectory_->Flush();
-    WriteWhole(folder_->partial(), "checkpoint",
-               CheckpointText({scene_.fingerprint, trajectory_->size_bytes(), trajectory_hash_,
-                               volume_, simulation_->Checkpoint()}));
+    const RunLog::Mark log = log_ ? log_->Flush() : RunLog::Mark{};
+    WriteWhole(
+        folder_->partial(), "checkpoint",
+        CheckpointText({scene_.fingerprint, trajectory_->size_bytes(), trajectory_hash_,
+                        shape_every_, log.bytes, log.hash, volume_, simulation_->Checkpoint()}));
   }
 
   bool OnSample(const model::Sample& sample) {
     const std::string row = TrajectoryRow(plant_, sample);
     trajectory_->Write(row);
     trajectory_hash_ = scene::Hash(row, trajectory_hash_);
+    if (log_) {
+      const bool at_end = sample.time_s >= scene_.run.duration_s - kSameTime_s;
+      log_->Add(sample, simulation_->state(), &simulation_->energy(), at_end);
+    }
     if (plant_.shell) volume_.Add(sample.volume_m3);
     if (sample.time_s >= next_checkpoint_s_ - kSameTime_s) {
       SaveCheckpoint();
@@ -204,6 +235,7 @@ class RunJob {
     const Json summary = RunSummary({&scene_, &plant_, &result, volume_, options_.scene.overrides,
                                      wall_s, result.sim_time_s - start_s, complete, reason});
     trajectory_->Close();
+    if (log_) log_->Close();
     WriteWhole(folder_->partial(), "summary.json", Dump(summary));
     if (complete) {
       folder_->Publish();
@@ -216,6 +248,8 @@ class RunJob {
     } else if (complete) {
       PrintSummary(summary, folder_->folder());
     }
+    ReportBeside(options_.scene.report, complete ? folder_->folder() : folder_->partial(),
+                 options_.scene.json || !complete);
     if (complete) {
       for (const std::string& warning : result.warnings) {
         Complain("warning: {}: {}", scene_.name, warning);
@@ -241,8 +275,9 @@ int Execute(const RunOptions& options) {
                            : "a closed loop has no checkpoints: --checkpoint-every, --resume and "
                              "--stop-at need --open-loop");
   }
-  if (closed) return RunControlScene(options.scene, options.control);
-  return reduced ? RunReducedScene(options.scene) : RunJob(options).Execute();
+  DemandReportPage(options.scene.report);
+  if (closed) return RunControlScene(options.scene, options.control, options.shape_every);
+  return reduced ? RunReducedScene(options.scene, options.shape_every) : RunJob(options).Execute();
 }
 
 void AddControlOptions(CLI::App* command, ControlRunOptions* options) {
@@ -274,6 +309,7 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
   static RunOptions options;  // lives as long as the parser that points to it
   AddSceneOptions(command, &options.scene);
   AddOutOption(command, &options.scene);
+  AddReportOption(command, &options.scene.report);
   command
       ->add_option("--checkpoint-every", options.checkpoint_every_s,
                    "Write DIR.partial/checkpoint every so many simulated seconds, at a sample")
@@ -286,9 +322,20 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
                    "Stop at the first sample at or after this simulated time, with a checkpoint")
       ->type_name("SECONDS")
       ->check(CLI::PositiveNumber);
+  const CLI::Option* shapes =
+      command
+          ->add_option("--shape-every", options.shape_every,
+                       "Log the whole bodies (MANTLE_SHAPE) of every N-th sample; 0: never, and in "
+                       "open loop no log")
+          ->type_name("N")
+          ->check(CLI::Range(0, 1'000'000))
+          ->capture_default_str();
   AddRunChoice(command, &options.choice);
   AddControlOptions(command, &options.control);
-  command->callback([&exit_status] { exit_status = Execute(options); });
+  command->callback([&exit_status, shapes] {
+    options.shape_every_given = shapes->count() > 0;
+    exit_status = Execute(options);
+  });
 }
 
 }  // namespace mantle::tools

@@ -4,11 +4,14 @@
 #include <cstdio>
 
 #include "tools/mantle/build_run.h"
+#include "tools/mantle/lcm_bridge.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
+#include "tools/mantle/shape_telemetry.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/static_output.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -17,7 +20,7 @@ constexpr const char* kHelp =
     "Equilibrium of a scene whose root is held, under its loads at [statics] time, by load steps "
     "or "
     "arc\nlength, and whether it is stable.\n"
-    "Writes summary.json, path.csv and shape.csv (docs/outputs.md).\n\n"
+    "Writes summary.json, path.csv, shape.csv and telemetry.lcmlog (docs/outputs.md).\n\n"
     "  mantle static scenes/arm_static.toml --out results/arm\n"
     "  mantle static scenes/mantle_static.toml        # arc length over the fold\n"
     "  mantle static scenes/elastica.toml --set 'arms.rod.points.tip.schedule=2'\n\n"
@@ -60,10 +63,20 @@ void PrintSummary(const Json& j, const std::filesystem::path& folder) {
   Print("  results in {}\n", folder.string());
 }
 
+// Held in the earth: a current does not carry it away.
+const ShapeTelemetry& EquilibriumShape(const model::StaticsResult& result, ShapeMessages* shapes) {
+  model::PlantState state = result.state;
+  state.time_s = 0;
+  return shapes->Of(state, result.cable_tension_n);
+}
+
 int SolveScene(const SceneOptions& options) {
   const scene::Scene scene = options.Load();
   const model::Plant plant = BuildPlant(options, scene);
   DemandHeldRoot(options, scene);
+  DemandReportPage(options.report);
+  ShapeMessages shapes(plant);
+  const std::unique_ptr<LcmLink> log = OpenLcm({});
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   Progress progress(0.0, scene.statics.max_load_factor, "of the load", false);
   const auto begin = std::chrono::steady_clock::now();
@@ -78,6 +91,9 @@ int SolveScene(const SceneOptions& options) {
   const Json summary = StaticSummary(scene, plant, result, wall_s, options.overrides);
   WriteWhole(folder.partial(), "path.csv", StaticPathCsv(plant, result));
   WriteWhole(folder.partial(), "shape.csv", ShapeCsv(plant, result.state));
+  log->StartLog(folder.partial());
+  log->Write(EquilibriumShape(result, &shapes));
+  log->FinishLog();
   WriteWhole(folder.partial(), "summary.json", Dump(summary));
   if (result.ok) {
     folder.Publish();
@@ -90,6 +106,8 @@ int SolveScene(const SceneOptions& options) {
   } else if (result.ok) {
     PrintSummary(summary, folder.folder());
   }
+  ReportBeside(options.report, result.ok ? folder.folder() : folder.partial(),
+               options.json || !result.ok);
   return result.ok ? 0 : kExitCannotContinue;
 }
 
@@ -100,6 +118,7 @@ void AddStaticCommand(CLI::App& app, int& exit_status) {
   static SceneOptions options;  // lives as long as the parser that points to it
   AddSceneOptions(command, &options);
   AddOutOption(command, &options);
+  AddReportOption(command, &options.report);
   command->callback([&exit_status] { exit_status = SolveScene(options); });
 }
 

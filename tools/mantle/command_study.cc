@@ -11,11 +11,12 @@
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
 
-constexpr const char* kStudyResults[] = {"study.json"};
+constexpr const char* kStudyResults[] = {"study.json", "report.html"};
 constexpr const char* kHelp =
     "Studies: many runs side by side, as a table and as JSON.\n\n"
     "  mantle study control scenes/steer.toml scenes/steer_mismatch.toml --out results/study\n"
@@ -32,7 +33,7 @@ struct StudyOptions {
   std::vector<std::string> scenes, overrides;
   std::vector<std::string> controllers = {"mpc", "gait", "pursuit", "pid", "lqr"};
   std::string out{"results/study"};
-  bool json{false};
+  bool json{false}, report{false};
 };
 
 bool IsBaseline(const std::string& controller) {
@@ -117,6 +118,7 @@ void PrintTable(const Json& runs) {
 
 int StudyControl(const StudyOptions& options) {
   for (const std::string& scene : options.scenes) CheckScene(scene, options);
+  DemandReportPage(options.report);
   ResultFolder folder(options.out, kStudyResults);
   CatchInterrupts();
   Json runs = Json::array();
@@ -147,6 +149,7 @@ int StudyControl(const StudyOptions& options) {
     PrintTable(runs);
     if (ok) Print("  results in {}\n", (folder.folder() / "study.json").string());
   }
+  ReportBeside(options.report, ok ? folder.folder() : folder.partial(), options.json || !ok);
   return ok ? 0 : kExitCannotContinue;
 }
 
@@ -170,6 +173,7 @@ void AddStudyCommand(CLI::App& app, int& exit_status) {
       ->type_name("PATH=VALUE");
   command->add_option("--out", options.out, "Folder of study.json")->capture_default_str();
   command->add_flag("--json", options.json, "Print study.json instead of the table");
+  AddReportOption(command, &options.report);
   command->callback([&exit_status] { exit_status = StudyControl(options); });
 }
 

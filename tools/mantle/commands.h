@@ -26,6 +26,10 @@ void AddCheckCommand(CLI::App& app, int& exit_status);
 void AddBusCommand(CLI::App& app, int& exit_status);
 /// `mantle log`: what is in a telemetry log.
 void AddLogCommand(CLI::App& app, int& exit_status);
+/// `mantle report`: results as one page to look at.
+void AddReportCommand(CLI::App& app, int& exit_status);
+/// `mantle export`: results for other programs.
+void AddExportCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
 /// `mantle tune`: the best parameters of the baseline controllers.

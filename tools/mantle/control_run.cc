@@ -20,8 +20,10 @@
 #include "tools/mantle/process.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/reduced_run.h"
+#include "tools/mantle/shape_telemetry.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -31,9 +33,10 @@ constexpr double kSameTime_s = 1e-9;
 /// One closed loop and the files it leaves.
 class ControlJob {
  public:
-  ControlJob(const SceneOptions& scene_options, const ControlRunOptions& options)
+  ControlJob(const SceneOptions& scene_options, const ControlRunOptions& options, int shape_every)
       : scene_options_(scene_options),
         options_(options),
+        shape_every_(shape_every),
         scene_(scene_options.Load()),
         out_(scene_options.OutputFolder(scene_)),
         controller_(options.controller.empty() ? scene_.control->controller : options.controller),
@@ -67,6 +70,7 @@ class ControlJob {
   void Check() {
     try {
       OpenLoop();
+      if (shape_every_ > 0) shapes_.emplace(loop_->plant());
       lcm_ = OpenLcm({.url = options_.lcm_url});
       folder_.emplace(out_, kSceneResults);
     } catch (...) {
@@ -77,6 +81,7 @@ class ControlJob {
 
   const SceneOptions& scene_options_;
   const ControlRunOptions& options_;
+  int shape_every_;
   scene::Scene scene_;
   std::filesystem::path out_;
   std::optional<ResultFolder> folder_;
@@ -85,10 +90,12 @@ class ControlJob {
   std::optional<firmware_sim::CandumpWriter> record_;
   std::unique_ptr<loop::ClosedLoop> loop_;
   std::unique_ptr<LcmLink> lcm_;
+  std::optional<ShapeMessages> shapes_;
   std::optional<OutputFile> trajectory_, solver_;
   std::optional<Progress> progress_;
   VolumeRange volume_;
   double next_sample_s_{0};
+  std::int64_t samples_{0};
   long iterations_{0};
 
   void OpenLoop() {
@@ -179,14 +186,14 @@ class ControlJob {
     if (step.time_s >= next_sample_s_ - kSameTime_s || at_end) {
       const double interval = scene_.run.output_interval_s;
       next_sample_s_ = (std::floor(step.time_s / interval + kSameTime_s) + 1.0) * interval;
-      OnSample(step);
+      OnSample(step, at_end);
     }
     if (step.planned && step.mpc != nullptr) OnPlan(step);
     CheckRecord();
     return !Interrupted();
   }
 
-  void OnSample(const loop::LoopStep& step) {
+  void OnSample(const loop::LoopStep& step, bool at_end) {
     const model::Sample sample = loop_->plant_side().Observe();
     trajectory_->Write(Row(sample, step));
     if (loop_->plant().shell) volume_.Add(sample.volume_m3);
@@ -195,6 +202,10 @@ class ControlJob {
     lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
     lcm_->Write(EnergyMessage(sample, step.plant->simulation().energy()));
     lcm_->Write(StatusMessage(controller_, step, iterations_));
+    if (shapes_ && (at_end || samples_ % shape_every_ == 0)) {
+      lcm_->Write(shapes_->Of(step.plant.state(), sample.cable_tension_n));
+    }
+    ++samples_;
   }
 
   void OnPlan(const loop::LoopStep& step) {
@@ -226,7 +237,9 @@ class ControlJob {
       Complain("{}: {} at t = {:.6g} s; partial results in {}", scene_.name, reason, result.time_s,
                folder_->partial().string());
     }
-    Report(summary, complete);
+    PrintResults(summary, complete);
+    ReportBeside(scene_options_.report, complete ? folder_->folder() : folder_->partial(),
+                 scene_options_.json || !complete);
     if (complete && lcm_->counters().publish_failures > 0) {
       Complain("--lcm: {}: {} messages were not taken by the network", options_.lcm_url,
                lcm_->counters().publish_failures);
@@ -234,7 +247,7 @@ class ControlJob {
     return complete ? 0 : kExitCannotContinue;
   }
 
-  void Report(const Json& summary, bool complete) const {
+  void PrintResults(const Json& summary, bool complete) const {
     if (scene_options_.json) {
       PrintText(Dump(summary));
     } else if (complete) {
@@ -254,8 +267,8 @@ const char* ControlRunOptions::FirstGiven() const {
                              : nullptr;
 }
 
-int RunControlScene(const SceneOptions& scene, const ControlRunOptions& options) {
-  return ControlJob(scene, options).Execute();
+int RunControlScene(const SceneOptions& scene, const ControlRunOptions& options, int shape_every) {
+  return ControlJob(scene, options, shape_every).Execute();
 }
 
 }  // namespace mantle::tools

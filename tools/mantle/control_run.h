@@ -20,8 +20,9 @@ struct ControlRunOptions {
 };
 
 /// Runs to the scene's duration, writes summary.json, trajectory.csv, telemetry.lcmlog and, for a
-/// controller that plans, solver.csv (docs/outputs.md), and prints what was achieved. Returns the
-/// exit status. Throws scene::BadScene, BadInput.
-int RunControlScene(const SceneOptions& scene, const ControlRunOptions& options);
+/// controller that plans, solver.csv (docs/outputs.md), and prints what was achieved. The log has
+/// the shape of every `shape_every`-th sample; 0: of none. Returns the exit status. Throws
+/// scene::BadScene, BadInput.
+int RunControlScene(const SceneOptions& scene, const ControlRunOptions& options, int shape_every);
 
 }  // namespace mantle::tools

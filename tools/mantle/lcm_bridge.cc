@@ -15,6 +15,7 @@
 #include <mantle/energy_t.hpp>
 #include <mantle/plan_t.hpp>
 #include <mantle/reduced_state_t.hpp>
+#include <mantle/shape_t.hpp>
 #include <mantle/state_t.hpp>
 #include <mantle/status_t.hpp>
 #include <optional>
@@ -100,6 +101,34 @@ void SetLengths(const EnergyTelemetry& m, energy_t* wire) {
 
 void SetLengths(const StatusTelemetry&, status_t*) {}
 
+// A node more than spans for each arm, and for the mantle.
+std::int32_t Spans(const char* lists, std::size_t nodes, std::size_t bodies,
+                   std::initializer_list<std::size_t> sizes) {
+  const std::int32_t spans = Length(lists, sizes);
+  if (nodes != *sizes.begin() + bodies) {
+    throw std::invalid_argument(fmt::format("{}: {} of {} bodies with {} nodes, must be {}", lists,
+                                            spans, bodies, nodes, nodes - bodies));
+  }
+  return spans;
+}
+
+void SetLengths(const ShapeTelemetry& m, shape_t* wire) {
+  wire->num_arms = Length("MANTLE_SHAPE arms", {m.arm_name.size(), m.arm_nodes.size()});
+  wire->num_nodes = Length("MANTLE_SHAPE nodes", {m.arc_length.size(), m.position.size(),
+                                                  m.quaternion.size(), m.radius.size()});
+  wire->num_spans = Spans("MANTLE_SHAPE spans", m.position.size(), m.arm_name.size(),
+                          {m.strain.size(), m.stress.size()});
+  wire->num_mantle_nodes =
+      Length("MANTLE_SHAPE mantle_nodes", {m.mantle_arc_length.size(), m.mantle_profile.size()});
+  wire->num_mantle_spans =
+      Spans("MANTLE_SHAPE mantle_spans", m.mantle_profile.size(), m.mantle_profile.empty() ? 0 : 1,
+            {m.mantle_strain.size(), m.mantle_stress.size()});
+  wire->num_rigid_points = Length("MANTLE_SHAPE rigid_points", {m.rigid_profile.size()});
+  wire->num_cables = Length("MANTLE_SHAPE cables",
+                            {m.cable_name.size(), m.cable_points.size(), m.cable_tension.size()});
+  wire->num_cable_points = Length("MANTLE_SHAPE cable_points", {m.cable_position.size()});
+}
+
 template <typename Plain, typename Wire>
 bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to, const char** why) {
   const auto refuse = [&](const char* reason) {
@@ -134,6 +163,7 @@ constexpr ChannelDecoder kDecoders[] = {
     {DrivesTelemetry::kChannel, Decode<DrivesTelemetry, drives_t>},
     {EnergyTelemetry::kChannel, Decode<EnergyTelemetry, energy_t>},
     {StatusTelemetry::kChannel, Decode<StatusTelemetry, status_t>},
+    {ShapeTelemetry::kChannel, Decode<ShapeTelemetry, shape_t>},
 };
 
 struct Closer {
@@ -178,11 +208,21 @@ std::uint64_t GetBigEndian(const std::uint8_t* from, int bytes) {
   return value;
 }
 
+std::uint64_t CountEvents(std::string_view log) {
+  std::uint64_t events = 0;
+  for (; log.size() >= kHeader_bytes; ++events) {
+    const auto* header = reinterpret_cast<const std::uint8_t*>(log.data());
+    const std::uint64_t bytes = GetBigEndian(header + 20, 4) + GetBigEndian(header + 24, 4);
+    log.remove_prefix(std::min<std::uint64_t>(log.size(), kHeader_bytes + bytes));
+  }
+  return events;
+}
+
 class Link final : public LcmLink {
  public:
   explicit Link(const LcmOptions& options) : log_name_(options.log_name) {
     if (!options.url.empty()) OpenUrl(options);
-    if (options.log_folder) StartLog(*options.log_folder);
+    if (options.log_folder) StartLog(*options.log_folder, {});
   }
 
   void Write(const StateTelemetry& m) override { Send(m, &state_); }
@@ -191,6 +231,7 @@ class Link final : public LcmLink {
   void Write(const DrivesTelemetry& m) override { Send(m, &drives_); }
   void Write(const EnergyTelemetry& m) override { Send(m, &energy_); }
   void Write(const StatusTelemetry& m) override { Send(m, &status_); }
+  void Write(const ShapeTelemetry& m) override { Send(m, &shape_); }
 
   int Receive(int timeout_ms, TelemetrySink& to) override {
     assert(receiving_);
@@ -203,7 +244,16 @@ class Link final : public LcmLink {
     return static_cast<int>(counters_.received - before);
   }
 
-  void StartLog(const std::filesystem::path& folder) override { log_.emplace(folder, log_name_); }
+  void StartLog(const std::filesystem::path& folder, std::string_view begin) override {
+    log_.emplace(folder, log_name_, begin);
+    events_ = CountEvents(begin);
+  }
+
+  long FlushLog() override {
+    assert(log_);
+    log_->Flush();
+    return log_->size_bytes();
+  }
 
   void FinishLog() override {
     assert(log_);
@@ -257,9 +307,9 @@ class Link final : public LcmLink {
                 *wire);
     const int size = wire->getEncodedSize();
     if (static_cast<std::size_t>(size) > kMaxMessage_bytes) {
-      throw BadInput(
-          fmt::format("{}: a message of {} bytes, must be at most {}: fewer knots, arms or cables",
-                      Plain::kChannel, size, kMaxMessage_bytes));
+      throw BadInput(fmt::format(
+          "{}: a message of {} bytes, must be at most {}: fewer knots, arms, nodes or cables",
+          Plain::kChannel, size, kMaxMessage_bytes));
     }
     bytes_.resize(static_cast<std::size_t>(size));
     if (wire->encode(bytes_.data(), 0, size) != size) {
@@ -298,6 +348,7 @@ class Link final : public LcmLink {
   drives_t drives_;
   energy_t energy_;
   status_t status_;
+  shape_t shape_;
   std::optional<OutputFile> log_;
   LcmPointer lcm_;
 };

@@ -58,9 +58,11 @@ class LcmLink : public TelemetrySink {
   /// their number. Needs LcmOptions::receive. What `to` throws comes out of here.
   virtual int Receive(int timeout_ms, TelemetrySink& to) = 0;
 
-  /// Starts a log in this folder, which exists; replaces one that is there. Throws BadInput,
-  /// CannotGoOn.
-  virtual void StartLog(const std::filesystem::path& folder) = 0;
+  /// Starts a log in this folder, which exists; replaces one that is there. `begin`, whole events
+  /// numbered from 0, is what it goes on from. Throws BadInput, CannotGoOn.
+  virtual void StartLog(const std::filesystem::path& folder, std::string_view begin = {}) = 0;
+  /// The system has all of the log so far; returns its size. Throws CannotGoOn.
+  virtual long FlushLog() = 0;
   /// The disk has the log. Throws CannotGoOn where it has not.
   virtual void FinishLog() = 0;
 

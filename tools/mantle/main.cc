@@ -32,6 +32,8 @@ int main(int argc, char** argv) {
   AddLogCommand(app, exit_status);
   AddStudyCommand(app, exit_status);
   AddTuneCommand(app, exit_status);
+  AddReportCommand(app, exit_status);
+  AddExportCommand(app, exit_status);
   app.footer("mantle COMMAND --help tells the rest.");
   app.add_option_function<std::string>(
          "--write-shell-files",

@@ -29,12 +29,12 @@ namespace mantle::tools {
 /// Names of the files that a command may leave; the first one is the seal.
 using ResultNames = std::span<const char* const>;
 
-/// Of `mantle run`, `static`, `modes` and `compare`, and what tools/plot draws of them: a folder
-/// holds the results of one of them.
+/// Of `mantle run`, `static`, `modes` and `compare`, and what tools/plot and `mantle report` make
+/// of them: a folder holds the results of one of them.
 inline constexpr const char* kSceneResults[] = {
-    "summary.json", "trajectory.csv", "telemetry.lcmlog", "solver.csv",
-    "checkpoint",   "path.csv",       "shape.csv",        "full.csv",
-    "reduced.csv",  "shapes.csv",     "trajectory.png",   "control.png"};
+    "summary.json",   "trajectory.csv", "telemetry.lcmlog", "solver.csv",     "checkpoint",
+    "path.csv",       "shape.csv",      "full.csv",         "reduced.csv",    "shapes.csv",
+    "trajectory.png", "control.png",    "full.lcmlog",      "reduced.lcmlog", "report.html"};
 
 class ResultFolder {
  public:

@@ -6,14 +6,17 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 
+#include "reduced/build/reduced_plant.h"
 #include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
+#include "tools/mantle/run_log.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
-#include "reduced/build/reduced_plant.h"
+#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -78,12 +81,15 @@ Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& mo
   return j;
 }
 
-int RunReducedScene(const SceneOptions& options) {
+int RunReducedScene(const SceneOptions& options, int shape_every) {
   const scene::Scene scene = options.Load();
   DemandTime(options, scene, "mantle run");
   const auto model = BuildReduced(options, scene);
   reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
+  std::optional<RunLog> log;
+  if (shape_every > 0) log.emplace(model->plant, shape_every);
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
+  if (log) log->Start(folder.partial());
   OutputFile trajectory(folder.partial(), "trajectory.csv", TrajectoryTitles(model->plant));
   VolumeRange volume;
   CatchInterrupts();
@@ -92,6 +98,10 @@ int RunReducedScene(const SceneOptions& options) {
   const model::RunResult result = simulation.Run([&](const Sample& sample) {
     progress.Update(sample.time_s);
     trajectory.Write(TrajectoryRow(model->plant, sample));
+    if (log) {
+      const bool at_end = sample.time_s >= scene.run.duration_s - kSameTime_s;
+      log->Add(sample, simulation.lifted(), nullptr, at_end);
+    }
     if (model->plant.shell) volume.Add(sample.volume_m3);
     return !Interrupted();
   });
@@ -110,6 +120,7 @@ int RunReducedScene(const SceneOptions& options) {
     if (summary.contains(key)) summary[key] = nullptr;
   }
   trajectory.Close();
+  if (log) log->Close();
   WriteWhole(folder.partial(), "summary.json", Dump(summary));
   if (complete) {
     folder.Publish();
@@ -127,6 +138,8 @@ int RunReducedScene(const SceneOptions& options) {
         result.sim_time_s / wall_s, result.counters.steps, result.counters.rejected,
         folder.folder().string());
   }
+  ReportBeside(options.report, complete ? folder.folder() : folder.partial(),
+               options.json || !complete);
   return complete ? 0 : kExitCannotContinue;
 }
 

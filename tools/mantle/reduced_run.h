@@ -25,8 +25,9 @@ reduced::ReducedSimulation BuildSimulation(const SceneOptions& options, const sc
 Json ReductionSummary(const scene::Scene& scene, const reduced::ReducedPlant& model);
 
 /// `mantle run --model reduced`: summary.json and trajectory.csv as of the plant; what the reduced
-/// model does not account (works, balances) is null. Returns the exit status.
-int RunReducedScene(const SceneOptions& options);
+/// model does not account (works, balances) is null. Shapes as of RunLog; `shape_every` 0: no log.
+/// Returns the exit status.
+int RunReducedScene(const SceneOptions& options, int shape_every);
 
 /// Largest and last differences between two runs sampled at the same times. Lengths relative to the
 /// body length, the volume relative to the largest change of the plant's, the energy relative to

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kMagic = "mantle-checkpoint";
 constexpr std::uintmax_t kMostBytes = 256 << 20;
-constexpr std::uintmax_t kMostTrajectoryBytes = std::uintmax_t{4} << 30;
+constexpr std::uintmax_t kMostResultBytes = std::uintmax_t{4} << 30;
 
 BadInput BadCheckpoint(const std::filesystem::path& file, const std::string& why) {
   return BadInput(fmt::format("--resume: {}: {}", file.string(), why));
@@ -40,10 +40,11 @@ std::string ReadWhole(const std::filesystem::path& file) {
 }  // namespace
 
 std::string CheckpointText(const RunCheckpoint& c) {
-  const std::string body = fmt::format("{:016x} {} {:016x} {:d} {} {} {}\n", c.fingerprint,
-                                       c.trajectory_bytes, c.trajectory_hash, c.volume.started,
-                                       c.volume.initial_m3, c.volume.min_m3, c.volume.max_m3) +
-                           c.simulation;
+  const std::string body =
+      fmt::format("{:016x} {} {:016x} {} {} {:016x} {:d} {} {} {}\n", c.fingerprint,
+                  c.trajectory_bytes, c.trajectory_hash, c.shape_every, c.log_bytes, c.log_hash,
+                  c.volume.started, c.volume.initial_m3, c.volume.min_m3, c.volume.max_m3) +
+      c.simulation;
   return FirstLine(body) + body;
 }
 
@@ -71,7 +72,8 @@ RunCheckpoint ParseCheckpoint(const std::string& text, const std::filesystem::pa
   std::string initial, low, high;
   std::istringstream in(body);
   in >> std::hex >> c.fingerprint >> std::dec >> c.trajectory_bytes >> std::hex >>
-      c.trajectory_hash >> std::dec >> c.volume.started >> initial >> low >> high;
+      c.trajectory_hash >> std::dec >> c.shape_every >> c.log_bytes >> std::hex >> c.log_hash >>
+      std::dec >> c.volume.started >> initial >> low >> high;
   if (!in) throw BadCheckpoint(file, "is not a checkpoint, or damaged");
   if (c.fingerprint != fingerprint) {
     throw BadCheckpoint(file,
@@ -85,24 +87,37 @@ RunCheckpoint ParseCheckpoint(const std::string& text, const std::filesystem::pa
   return c;
 }
 
-std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file,
-                             const RunCheckpoint& checkpoint) {
-  const std::filesystem::path file = checkpoint_file.parent_path() / "trajectory.csv";
+namespace {
+
+// The first `bytes` of a file beside the checkpoint, which have this hash.
+std::string Before(const std::filesystem::path& checkpoint_file, const char* name, const char* what,
+                   long bytes, std::uint64_t hash) {
+  const std::filesystem::path file = checkpoint_file.parent_path() / name;
   std::string text;
   try {
-    text = scene::ReadRegularFile(file, kMostTrajectoryBytes,
-                                  static_cast<std::uintmax_t>(checkpoint.trajectory_bytes));
+    text = scene::ReadRegularFile(file, kMostResultBytes, static_cast<std::uintmax_t>(bytes));
   } catch (const scene::UnreadableFile& error) {
-    throw BadCheckpoint(checkpoint_file, fmt::format("the trajectory it continues, {}, cannot be "
-                                                     "read: {}",
-                                                     file.string(), error.what()));
+    throw BadCheckpoint(checkpoint_file, fmt::format("the {} it continues, {}, cannot be read: {}",
+                                                     what, file.string(), error.what()));
   }
-  if (scene::Hash(text) != checkpoint.trajectory_hash) {
-    throw BadCheckpoint(
-        checkpoint_file,
-        fmt::format("{} is not the trajectory it continues, or damaged", file.string()));
+  if (scene::Hash(text) != hash) {
+    throw BadCheckpoint(checkpoint_file, fmt::format("{} is not the {} it continues, or damaged",
+                                                     file.string(), what));
   }
   return text;
+}
+
+}  // namespace
+
+std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file,
+                             const RunCheckpoint& c) {
+  return Before(checkpoint_file, "trajectory.csv", "trajectory", c.trajectory_bytes,
+                c.trajectory_hash);
+}
+
+std::string LogBefore(const std::filesystem::path& checkpoint_file, const RunCheckpoint& c) {
+  if (c.shape_every == 0) return {};
+  return Before(checkpoint_file, "telemetry.lcmlog", "log", c.log_bytes, c.log_hash);
 }
 
 }  // namespace mantle::tools

@@ -8,11 +8,12 @@
 #include "tools/mantle/summary.h"
 
 /// The file `checkpoint`: everything `mantle run --resume` needs to go on with the same bits. The
-/// rows written so far stay in the trajectory beside it; the checkpoint knows how many bytes of it
-/// count, and their hash.
+/// rows and messages written so far stay in the trajectory and the log beside it; the checkpoint
+/// knows how many bytes of them count, and their hashes.
 ///
 ///   mantle-checkpoint 0.7.0 9f86d081884c7d65 1234     version of the program, hash and size of
-///   what a3c5... 5678 0123... 1 0.1 0.09 0.12              follows: scene, trajectory, volume
+///   what a3c5... 5678 0123... 1 9012 4567... 1 0.1 0.09 0.12   follows: scene, trajectory, log,
+///                                                         volume
 ///   ...                                               the simulation
 ///
 /// A single byte that is changed, missing or too many is noticed.
@@ -23,6 +24,9 @@ struct RunCheckpoint {
   std::uint64_t fingerprint{0};  ///< Scene::fingerprint
   long trajectory_bytes{0};
   std::uint64_t trajectory_hash{scene::kEmptyHash};  ///< of these bytes
+  int shape_every{0};                                ///< 0: there is no log
+  long log_bytes{0};
+  std::uint64_t log_hash{scene::kEmptyHash};
   VolumeRange volume;
   std::string simulation;  ///< model::Simulation::Checkpoint()
 };
@@ -41,5 +45,9 @@ RunCheckpoint ReadCheckpoint(const std::filesystem::path& file, std::uint64_t fi
 /// there, or another.
 std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file,
                              const RunCheckpoint& checkpoint);
+
+/// The same of the log; empty where the run has none.
+std::string LogBefore(const std::filesystem::path& checkpoint_file,
+                      const RunCheckpoint& checkpoint);
 
 }  // namespace mantle::tools

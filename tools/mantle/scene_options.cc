@@ -28,6 +28,11 @@ void AddOutOption(CLI::App* command, SceneOptions* options) {
       ->type_name("DIR");
 }
 
+void AddReportOption(CLI::App* command, bool* report) {
+  command->add_flag("--report", *report,
+                    "Make report.html of the results beside them (mantle report --help)");
+}
+
 model::Plant BuildPlant(const SceneOptions& options, const scene::Scene& scene) {
   return InScene(options, [&] { return model::Plant(scene.robot); });
 }

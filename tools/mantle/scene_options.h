@@ -18,7 +18,8 @@ struct SceneOptions {
   std::string scene_file;
   std::vector<std::string> overrides;
   bool json{false};
-  std::string out;  ///< empty: results/SCENE
+  std::string out;     ///< empty: results/SCENE
+  bool report{false};  ///< --report
 
   /// Reads the scene. Throws scene::BadScene.
   scene::Scene Load() const;
@@ -27,6 +28,7 @@ struct SceneOptions {
 
 void AddSceneOptions(CLI::App* command, SceneOptions* options);
 void AddOutOption(CLI::App* command, SceneOptions* options);
+void AddReportOption(CLI::App* command, bool* report);
 
 /// Discretises the scene's robot; what the plant refuses is reported under the scene's name. Throws
 /// scene::BadScene.

@@ -100,6 +100,35 @@ struct StatusTelemetry {
   bool operator==(const StatusTelemetry&) const = default;
 };
 
+struct ShapeTelemetry {
+  static constexpr const char* kChannel = "MANTLE_SHAPE";
+
+  std::int64_t utime{0};
+  Triple root_position{};
+  Quaternion root_quaternion{1, 0, 0, 0};
+  std::vector<std::string> arm_name;
+  std::vector<std::int32_t> arm_nodes;       ///< of this arm
+  std::vector<double> arc_length;            ///< nodes: one arm after the other
+  std::vector<Triple> position;              ///< nodes
+  std::vector<Quaternion> quaternion;        ///< nodes
+  std::vector<float> radius;                 ///< nodes
+  std::vector<std::array<float, 6>> strain;  ///< spans: between a node and the next of its arm
+  std::vector<std::array<float, 6>> stress;  ///< spans
+  std::string mantle_name;                   ///< empty without a mantle
+  double mantle_half_thickness{0};
+  std::vector<double> mantle_arc_length;
+  std::vector<Triple> mantle_profile;                ///< r, z, theta
+  std::vector<std::array<float, 5>> mantle_strain;   ///< e11, e22, d11, d22, beta
+  std::vector<std::array<float, 5>> mantle_stress;   ///< their conjugates
+  std::vector<std::array<double, 2>> rigid_profile;  ///< r, z
+  std::vector<std::string> cable_name;
+  std::vector<std::int32_t> cable_points;  ///< of this cable
+  std::vector<float> cable_tension;
+  std::vector<std::array<float, 3>> cable_position;  ///< points: one cable after the other
+
+  bool operator==(const ShapeTelemetry&) const = default;
+};
+
 /// Where telemetry goes: the seam between a run and whoever listens.
 class TelemetrySink {
  public:
@@ -110,6 +139,7 @@ class TelemetrySink {
   virtual void Write(const DrivesTelemetry& message) = 0;
   virtual void Write(const EnergyTelemetry& message) = 0;
   virtual void Write(const StatusTelemetry& message) = 0;
+  virtual void Write(const ShapeTelemetry& message) = 0;
 };
 
 }  // namespace mantle::tools

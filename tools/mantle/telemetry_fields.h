@@ -100,4 +100,30 @@ void VisitFields(F&& f, M& m, Others&... o) {
   f("text", m.text, o.text...);
 }
 
+template <typename F, Message<ShapeTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("root_position", m.root_position, o.root_position...);
+  f("root_quaternion", m.root_quaternion, o.root_quaternion...);
+  f("arm_name", m.arm_name, o.arm_name...);
+  f("arm_nodes", m.arm_nodes, o.arm_nodes...);
+  f("arc_length", m.arc_length, o.arc_length...);
+  f("position", m.position, o.position...);
+  f("quaternion", m.quaternion, o.quaternion...);
+  f("radius", m.radius, o.radius...);
+  f("strain", m.strain, o.strain...);
+  f("stress", m.stress, o.stress...);
+  f("mantle_name", m.mantle_name, o.mantle_name...);
+  f("mantle_half_thickness", m.mantle_half_thickness, o.mantle_half_thickness...);
+  f("mantle_arc_length", m.mantle_arc_length, o.mantle_arc_length...);
+  f("mantle_profile", m.mantle_profile, o.mantle_profile...);
+  f("mantle_strain", m.mantle_strain, o.mantle_strain...);
+  f("mantle_stress", m.mantle_stress, o.mantle_stress...);
+  f("rigid_profile", m.rigid_profile, o.rigid_profile...);
+  f("cable_name", m.cable_name, o.cable_name...);
+  f("cable_points", m.cable_points, o.cable_points...);
+  f("cable_tension", m.cable_tension, o.cable_tension...);
+  f("cable_position", m.cable_position, o.cable_position...);
+}
+
 }  // namespace mantle::tools

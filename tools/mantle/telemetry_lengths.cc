@@ -3,7 +3,7 @@
 namespace mantle::tools {
 namespace {
 
-constexpr std::uint64_t kDouble = 8, kInt64 = 8;
+constexpr std::uint64_t kDouble = 8, kInt64 = 8, kFloat = 4, kInt32 = 4;
 
 /// Walks over an encoded message; once something does not fit, nothing does.
 class WireWalk {
@@ -129,6 +129,29 @@ bool LengthsFit<StatusTelemetry>(std::span<const std::uint8_t> bytes) {
   walk.Text();           // solver_status
   walk.Skip(5, kInt64);  // solves to safe_decays
   walk.Text();
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<ShapeTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);       // utime
+  walk.Skip(3 + 4, kDouble);  // root
+  const std::uint64_t arms = walk.Count(), nodes = walk.Count(), spans = walk.Count();
+  walk.Texts(arms);
+  walk.Skip(arms, kInt32);                           // arm_nodes
+  walk.Skip(nodes, (1 + 3 + 4) * kDouble + kFloat);  // arc_length to radius
+  walk.Skip(spans, (6 + 6) * kFloat);                // strain, stress
+  walk.Text();                                       // mantle_name
+  walk.Skip(1, kDouble);                             // mantle_half_thickness
+  const std::uint64_t mantle_nodes = walk.Count(), mantle_spans = walk.Count();
+  walk.Skip(mantle_nodes, (1 + 3) * kDouble);
+  walk.Skip(mantle_spans, (5 + 5) * kFloat);
+  walk.Skip(walk.Count(), 2 * kDouble);  // rigid_profile
+  const std::uint64_t cables = walk.Count(), points = walk.Count();
+  walk.Texts(cables);
+  walk.Skip(cables, kInt32 + kFloat);  // cable_points, cable_tension
+  walk.Skip(points, 3 * kFloat);       // cable_position
   return walk.AtEnd();
 }
 

@@ -28,5 +28,7 @@ template <>
 bool LengthsFit<EnergyTelemetry>(std::span<const std::uint8_t> bytes);
 template <>
 bool LengthsFit<StatusTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<ShapeTelemetry>(std::span<const std::uint8_t> bytes);
 
 }  // namespace mantle::tools

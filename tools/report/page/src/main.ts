@@ -1,0 +1,442 @@
+/// The page: reads its data, lays out what there is, and moves everything to the time of the player.
+
+import "./style.css";
+import { choosePlots } from "./catalogue";
+import { gradient, runColour } from "./colour";
+import { element, formatNumber } from "./dom";
+import { type FieldRanges, kFieldScale } from "./body";
+import { type PackedRun, type ReportData, type Run, decodeRun, kFormat } from "./model";
+import { Player, kSpeeds } from "./player";
+import { PlotCard } from "./plots";
+import { studyCards } from "./study";
+import { DriveTable, figureTables, modesTable } from "./tables";
+import { type Layers, View3D, type ViewName } from "./view3d";
+
+const kKeys: [string, string][] = [
+  ["Space", "play or pause"],
+  ["← →", "0.1 s back or ahead; with Shift 1 s"],
+  ["Home End", "to the beginning, to the end"],
+  ["+ −", "faster, slower"],
+  ["F", "follow the vehicle, or see the whole run"],
+  ["1 2 3 4", "look from an angle, along y, along x, from above"],
+  ["W A S D", "orbit; Q and E closer and away"],
+  ["T", "light or dark"],
+  ["?", "these keys"],
+];
+
+function readData(): ReportData {
+  const text = document.getElementById("mantle-data")?.textContent ?? "";
+  const data = JSON.parse(text) as ReportData;
+  if (data.format !== kFormat) {
+    throw new Error(`the data is of format ${data.format}, this page reads format ${kFormat}: make the report anew`);
+  }
+  return data;
+}
+
+function decode(packed: PackedRun): Run {
+  try {
+    return decodeRun(packed);
+  } catch (error) {
+    throw new Error(`${packed.label}: ${(error as Error).message}`);
+  }
+}
+
+class Report {
+  private readonly runs: Run[];
+  private readonly visible: boolean[];
+  private readonly player: Player;
+  private view: View3D | null = null;
+  private canvas: HTMLCanvasElement | null = null;
+  private readonly cards: PlotCard[] = [];
+  private readonly drives: DriveTable[] = [];
+  private dark: boolean;
+  private readonly playButton = element("button", { type: "button", class: "play", title: "Play or pause (Space)" });
+  private readonly slider = element("input", { type: "range", min: "0", step: "any", value: "0", "aria-label": "Time" });
+  private readonly clock = element("output", { class: "clock" });
+  private readonly speed = element("select", { title: "Speed (+ and −)", "aria-label": "Speed of the replay" });
+  private readonly followButton = element("button", { type: "button", title: "Follow the vehicle (F)", "aria-pressed": "true" }, ["Follow"]);
+  private readonly help: HTMLDialogElement;
+  private studies: HTMLElement | null = null;
+  private last = performance.now();
+  private told = 0;
+
+  constructor(
+    private readonly app: HTMLElement,
+    data: ReportData,
+  ) {
+    this.runs = data.runs.map(decode);
+    this.visible = this.runs.map(() => true);
+    this.dark = readTheme();
+    this.player = new Player(Math.max(0, ...this.runs.map(durationOf)));
+    this.help = this.makeHelp();
+    this.layOut(data.made_by);
+    const watch = new IntersectionObserver((entries) => {
+      for (const entry of entries) {
+        const card = this.cards.find((c) => c.root === entry.target);
+        card?.setOnScreen(entry.isIntersecting);
+      }
+    });
+    for (const card of this.cards) watch.observe(card.root);
+    this.player.listen(() => this.show());
+    this.listen();
+    this.setDark(this.dark);
+    this.show();
+    app.dataset.ready = "true";
+    requestAnimationFrame((now) => this.tick(now));
+  }
+
+  // ---- layout
+
+  private layOut(madeBy: string): void {
+    const motion = this.runs.filter((r) => r.kind !== "study" && r.kind !== "modes");
+    document.title = `${this.runs.map((r) => r.label).join(", ")} – Mantle report`;
+    const theme = element("button", { type: "button", title: "Light or dark (T)" }, ["Theme"]);
+    theme.addEventListener("click", () => this.setDark(!this.dark));
+    const keys = element("button", { type: "button", title: "Keys (?)" }, ["Keys"]);
+    keys.addEventListener("click", () => this.help.showModal());
+    this.app.append(
+      element("header", {}, [
+        element("h1", {}, [this.runs.length === 1 ? this.runs[0]!.label : "Runs side by side"]),
+        this.makeRunChips(),
+        element("div", { class: "tools" }, [theme, keys]),
+      ]),
+    );
+    for (const run of this.runs) {
+      for (const note of run.notes) {
+        this.app.append(element("p", { class: run.complete ? "note" : "note bad", role: "status" }, [element("strong", {}, [`${run.label}: `]), note]));
+      }
+    }
+    const main = element("main");
+    const plots = element("div", { class: "plots", id: "plots" });
+    if (motion.length > 0) {
+      main.append(element("div", { class: "stage" }, [this.makeView(), this.makeTransport()]));
+    }
+    for (const plot of choosePlots(this.runs)) {
+      const card = new PlotCard(plot, {
+        seek: (t) => this.player.seek(t),
+        runLabels: this.runs.map((r) => r.label),
+        duration: this.player.duration,
+      });
+      this.cards.push(card);
+      plots.append(card.root);
+    }
+    if (motion.length > 0 && this.cards.length === 0) {
+      plots.append(element("p", { class: "empty" }, ["There is nothing to plot: no table of these results has two rows."]));
+    }
+    if (motion.length > 0) main.append(plots);
+    this.app.append(main);
+    if (motion.length === 0) main.classList.add("no-stage");
+    const tables = element("div", { class: "tables" });
+    const studies = this.runs.filter((r) => r.kind === "study");
+    if (studies.length > 0) {
+      this.studies = element("div", { class: "studies" });
+      this.app.append(this.studies);
+    }
+    for (const run of this.runs) {
+      if (run.drives !== null && run.drives.motors.length > 0) {
+        const drives = new DriveTable(run);
+        this.drives.push(drives);
+        tables.append(drives.root);
+      }
+      const modes = run.kind === "modes" ? modesTable(run) : null;
+      if (modes !== null) tables.append(modes);
+    }
+    tables.append(...figureTables(this.runs));
+    this.app.append(tables, element("footer", {}, [this.accuracy(), ` Made by ${madeBy}.`]), this.help);
+  }
+
+  /** What the page leaves out, in words. */
+  private accuracy(): string {
+    const parts: string[] = [];
+    for (const run of this.runs) {
+      const { shape } = run;
+      if (shape !== null) {
+        parts.push(
+          `${run.label}: ${shape.time.length} of ${shape.ofFrames} logged shapes, drawn within ${formatNumber(1e3 * shape.error_m, 2)} mm of the log`,
+        );
+      }
+      const t = run.trajectory;
+      if (t !== null && t.x.length < t.ofRows) parts.push(`${run.label}: ${t.x.length} of ${t.ofRows} rows are plotted`);
+    }
+    return parts.length === 0 ? "" : `${parts.join("; ")}.`;
+  }
+
+  private makeRunChips(): HTMLElement {
+    const chips = element("div", { class: "chips", role: "group", "aria-label": "Runs" });
+    if (this.runs.length < 2) return chips;
+    this.runs.forEach((run, i) => {
+      const chip = element("button", { type: "button", class: "chip", "aria-pressed": "true", title: `Show or hide ${run.label}` }, [
+        element("span", { class: "dot", "data-run": String(i) }), run.label,
+      ]);
+      chip.addEventListener("click", () => {
+        this.visible[i] = !this.visible[i];
+        chip.setAttribute("aria-pressed", String(this.visible[i]));
+        this.view?.setVisible(i, this.visible[i]);
+        for (const card of this.cards) card.setVisible(this.visible);
+        this.show();
+      });
+      chips.append(chip);
+    });
+    return chips;
+  }
+
+  private makeView(): HTMLElement {
+    const box = element("div", { class: "view" });
+    this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "Replay in 3-D; W A S D to orbit, Q and E to come closer and go away" });
+    box.append(this.canvas);
+    try {
+      this.view = new View3D(this.canvas, this.runs);
+    } catch {
+      this.canvas.remove();
+      box.append(element("p", { class: "empty" }, ["The replay needs WebGL, which this browser has not or has switched off. Plots and tables work all the same."]));
+      return box;
+    }
+    if (!this.view.hasBodies()) {
+      const why = "No shapes are in these results, so that the path alone is drawn: the run was made with --shape-every 0, or by a version that logged no shapes.";
+      box.append(element("p", { class: "hint" }, [why]));
+    }
+    box.append(this.makeViewTools(), this.makeColourBars(this.view.ranges));
+    return box;
+  }
+
+  private makeViewTools(): HTMLElement {
+    const view = this.view!;
+    const tools = element("div", { class: "view-tools" });
+    const looks: [ViewName, string, string][] = [
+      ["oblique", "3D", "From an angle (1)"], ["front", "xz", "Along y (2)"], ["side", "yz", "Along x (3)"], ["top", "xy", "From above (4)"],
+    ];
+    for (const [name, text, title] of looks) {
+      const button = element("button", { type: "button", title }, [text]);
+      button.addEventListener("click", () => view.look(name));
+      tools.append(button);
+    }
+    this.followButton.addEventListener("click", () => this.setFollow(!view.follow));
+    const picture = element("button", { type: "button", title: "Save the view as a picture" }, ["PNG"]);
+    picture.addEventListener("click", () => {
+      const link = element("a", { href: view.picture(), download: `mantle-${this.player.time.toFixed(2)}s.png` });
+      link.click();
+    });
+    const layers = element("details", { class: "layers" }, [element("summary", { title: "What is drawn" }, ["Layers"])]);
+    const menu = element("div", { class: "menu" });
+    const names: [keyof Layers, string][] = [
+      ["bodies", "bodies"], ["cables", "cables"], ["path", "path of the root"], ["reference", "reference, waypoints"],
+      ["plan", "plan ahead"], ["jet", "jet"], ["grid", "grid"],
+    ];
+    for (const [layer, text] of names) {
+      const box = element("input", { type: "checkbox" });
+      box.checked = view.layers[layer];
+      box.addEventListener("change", () => view.setLayer(layer, box.checked));
+      menu.append(element("label", {}, [box, text]));
+    }
+    const byRun = element("input", { type: "checkbox" });
+    byRun.checked = view.byRun;
+    byRun.addEventListener("change", () => {
+      view.byRun = byRun.checked;
+      view.setTime(this.player.time);
+      this.app.classList.toggle("by-run", byRun.checked);
+    });
+    this.app.classList.toggle("by-run", view.byRun);
+    menu.append(element("label", {}, [byRun, "colour by run"]));
+    layers.append(menu);
+    tools.append(this.followButton, layers, picture);
+    return tools;
+  }
+
+  private makeColourBars(ranges: FieldRanges): HTMLElement {
+    const bars = element("div", { class: "colour-bars" });
+    const bar = (title: string, meaning: string, field: keyof FieldRanges, low: string, high: string) => {
+      if (ranges[field] === 0) return;
+      const strip = element("div", { class: "strip" });
+      strip.style.backgroundImage = gradient(kFieldScale[field]);
+      bars.append(
+        element("div", { class: `bar ${field}`, title: meaning }, [
+          element("div", { class: "bar-title" }, [title]), strip,
+          element("div", { class: "ends" }, [element("span", {}, [low]), element("span", {}, [high])]),
+        ]),
+      );
+    };
+    const hoop = formatNumber(100 * ranges.hoop, 3);
+    bar("hoop strain [%]", "Mantle: hoop strain, positive where it is stretched", "hoop", `−${hoop}`, `+${hoop}`);
+    bar("curvature [1/m]", "Arms: curvature of the bend", "curvature", "0", formatNumber(ranges.curvature, 3));
+    bar("tension [N]", "Cables: tension", "tension", "0", formatNumber(ranges.tension, 3));
+    const lines = this.view!.lines();
+    const key = element("ul", { class: "line-key" });
+    const line = (there: boolean, kind: string, text: string) => {
+      if (there) key.append(element("li", {}, [element("span", { class: `sample ${kind}` }), text]));
+    };
+    line(this.runs.length === 1, "path", "path of the root");
+    line(lines.reference, "reference", "reference");
+    line(lines.plan, "plan", "plan ahead");
+    line(lines.waypoints, "waypoint", "waypoint, tolerance");
+    line(lines.jet, "jet", "jet");
+    bars.append(key);
+    bars.append(element("div", { class: "grid-note" }, [`grid ${formatNumber(this.view!.gridSpacing_m, 2)} m`]));
+    return bars;
+  }
+
+  private makeTransport(): HTMLElement {
+    this.playButton.addEventListener("click", () => this.player.toggle());
+    this.slider.max = String(this.player.duration);
+    this.slider.addEventListener("input", () => {
+      const time = Number(this.slider.value); // a pause shows the player's own time
+      this.player.pause();
+      this.player.seek(time);
+    });
+    for (const speed of kSpeeds) this.speed.append(element("option", { value: String(speed) }, [`${speed}×`]));
+    this.speed.addEventListener("change", () => this.player.setSpeed(Number(this.speed.value)));
+    const step = (by: number, text: string, title: string) => {
+      const button = element("button", { type: "button", title, "aria-label": title }, [text]);
+      button.addEventListener("click", () => this.step(by));
+      return button;
+    };
+    const bar = element("div", { class: "transport" }, [
+      this.playButton, step(-0.1, "‹", "0.1 s back (←)"), step(0.1, "›", "0.1 s ahead (→)"), this.slider, this.clock, this.speed,
+    ]);
+    if (this.player.duration <= 0) {
+      bar.replaceChildren(element("span", { class: "still" }, ["An equilibrium: nothing moves."]));
+    }
+    return bar;
+  }
+
+  private makeHelp(): HTMLDialogElement {
+    const list = element("dl");
+    for (const [key, meaning] of kKeys) list.append(element("dt", {}, [key]), element("dd", {}, [meaning]));
+    const close = element("button", { type: "button" }, ["Close"]);
+    const dialog = element("dialog", { "aria-label": "Keys" }, [
+      element("h2", {}, ["Keys"]), list,
+      element("p", {}, ["Drag to orbit, with the right button to pan; the wheel, or two fingers, to zoom. In plots: click to go there, drag to look closer, double click for all."]),
+      close,
+    ]);
+    close.addEventListener("click", () => dialog.close());
+    return dialog;
+  }
+
+  // ---- what moves
+
+  private step(by: number): void {
+    this.player.pause();
+    this.player.seek(this.player.time + by);
+  }
+
+  private setFollow(follow: boolean): void {
+    this.view?.setFollow(follow);
+    this.followButton.setAttribute("aria-pressed", String(follow));
+  }
+
+  private setDark(dark: boolean): void {
+    this.dark = dark;
+    document.documentElement.dataset.theme = dark ? "dark" : "light";
+    try {
+      localStorage.setItem("mantle-theme", dark ? "dark" : "light");
+    } catch {
+      // A page from the disk may have no storage.
+    }
+    this.view?.setDark(dark);
+    for (const dot of this.app.querySelectorAll<HTMLElement>(".dot")) dot.style.background = runColour(Number(dot.dataset.run), dark);
+    for (const card of this.cards) card.draw(dark, this.visible);
+    this.studies?.replaceChildren(...this.runs.filter((r) => r.kind === "study").flatMap((r) => studyCards(r, dark)));
+    this.view?.setTime(this.player.time);
+    for (const card of this.cards) card.setTime(this.player.time, true);
+  }
+
+  private show(): void {
+    const { player } = this;
+    this.playButton.textContent = player.playing ? "❚❚" : "▶";
+    this.playButton.setAttribute("aria-label", player.playing ? "Pause" : "Play");
+    this.slider.value = String(player.time);
+    const text = `${player.time.toFixed(2)} / ${player.duration.toFixed(2)} s`;
+    this.slider.setAttribute("aria-valuetext", `${player.time.toFixed(2)} s`);
+    if (this.clock.textContent !== text) this.clock.textContent = text;
+    if (this.speed.value !== String(player.speed)) this.speed.value = String(player.speed);
+    this.view?.setTime(player.time);
+    // Texts, which lay the page out anew, follow ten times a second; lines and picture every frame, but for
+    // lines where the processor draws it all: what moves all over the page costs it a third of its frames.
+    const now = performance.now();
+    const texts = !player.playing || now - this.told > 100;
+    if (texts) this.told = now;
+    if (texts || this.view?.software !== true) for (const card of this.cards) card.setTime(player.time, texts);
+    if (texts) for (const table of this.drives) table.setTime(player.time);
+    this.app.dataset.time = player.time.toFixed(3);
+  }
+
+  private tick(now: number): void {
+    const elapsed = Math.min((now - this.last) / 1000, 0.25);
+    this.last = now;
+    if (this.player.playing) this.view?.judge(elapsed);
+    this.player.advance(elapsed);
+    if (this.view?.render() === true) this.app.dataset.frames = String(Number(this.app.dataset.frames ?? 0) + 1);
+    requestAnimationFrame((next) => this.tick(next));
+  }
+
+  private listen(): void {
+    const box = this.canvas?.parentElement;
+    if (box != null) {
+      new ResizeObserver(() => this.view?.resize(box.clientWidth, box.clientHeight)).observe(box);
+      this.view?.resize(box.clientWidth, box.clientHeight);
+      this.view?.look("oblique");
+    }
+    let width = window.innerWidth;
+    window.addEventListener("resize", () => {
+      if (window.innerWidth === width) return;
+      width = window.innerWidth;
+      for (const card of this.cards) card.resize();
+    });
+    window.addEventListener("keydown", (event) => this.onKey(event));
+  }
+
+  private onKey(event: KeyboardEvent): void {
+    const target = event.target as HTMLElement;
+    if (event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
+    // What the focused control does with the key itself is its own.
+    const typing = /^(select|textarea)$/i.test(target.tagName) || (target.tagName === "INPUT" && target !== this.slider);
+    const pressing = /^(button|summary)$/i.test(target.tagName) && (event.key === " " || event.key === "Enter");
+    if (typing || pressing) return;
+    const seconds = event.shiftKey ? 1 : 0.1;
+    const look: Record<string, ViewName> = { 1: "oblique", 2: "front", 3: "side", 4: "top" };
+    const turns: Record<string, [number, number, number]> = {
+      a: [-0.1, 0, 1], d: [0.1, 0, 1], w: [0, -0.08, 1], s: [0, 0.08, 1], q: [0, 0, 0.9], e: [0, 0, 1.1],
+    };
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    if (key === " ") this.player.toggle();
+    else if (key === "ArrowLeft") this.step(-seconds);
+    else if (key === "ArrowRight") this.step(seconds);
+    else if (key === "Home") this.player.seek(0);
+    else if (key === "End") this.player.seek(this.player.duration);
+    else if (key === "+" || key === "=") this.player.shiftSpeed(1);
+    else if (key === "-") this.player.shiftSpeed(-1);
+    else if (key === "f") this.setFollow(!(this.view?.follow ?? false));
+    else if (key === "t") this.setDark(!this.dark);
+    else if (key === "?") this.help.showModal();
+    else if (look[key] !== undefined) this.view?.look(look[key]);
+    else if (turns[key] !== undefined) this.view?.turn(...turns[key]);
+    else return;
+    event.preventDefault();
+  }
+}
+
+function durationOf(run: Run): number {
+  const ends = [run.trajectory, run.solver].map((t) => (t !== null && t.over === "time_s" ? (t.x[t.x.length - 1] ?? 0) : 0));
+  const { shape } = run;
+  if (shape !== null && run.kind !== "static") ends.push(shape.time[shape.time.length - 1] ?? 0);
+  return Math.max(0, ...ends);
+}
+
+function readTheme(): boolean {
+  let kept: string | null = null;
+  try {
+    kept = localStorage.getItem("mantle-theme");
+  } catch {
+    // A page from the disk may have no storage.
+  }
+  return kept === null ? window.matchMedia("(prefers-color-scheme: dark)").matches : kept === "dark";
+}
+
+const app = document.getElementById("app")!;
+try {
+  const data = readData();
+  if (data.runs.length === 0) throw new Error("it holds no runs");
+  new Report(app, data);
+} catch (error) {
+  console.error(error);
+  app.append(element("p", { class: "empty", role: "alert" }, [`This report cannot be shown: ${(error as Error).message}.`]));
+}
