@@ -75,8 +75,8 @@ TEST(Muscle, StrainFollowsTheWaveAlongTheArm) {  // kappa(X) = m(X, t) / EI at r
       mean += 0.3 * std::sin(2 * pi * 0.4 * 0.5) * envelope *
               std::sin(2 * pi * (turns - x / 0.25) + 0.7) / n;
     }
-    const Vector6 d = LogSE3(Inverse(r.state.pose[plant.ArmPose(0, i)]) *
-                             r.state.pose[plant.ArmPose(0, i + 1)]);
+    const Vector6 d =
+        LogSE3(Inverse(r.state.pose[plant.ArmPose(0, i)]) * r.state.pose[plant.ArmPose(0, i + 1)]);
     EXPECT_NEAR(d(2) / (to - from), mean, kMean) << i;
   }
 }
@@ -87,8 +87,7 @@ TEST(Muscle, WorkIsAccountedAndVehicleKeepsItsMomentum) {
   robot.arms = {tests::PaperArm(12)};
   robot.rigid_body = tests::PaperCone();
   robot.arms[0].muscles = {tests::Wave("bend", {0, 1, 1})};
-  robot.arms[0].muscles[0].amplitude_n_m =
-      CubicSchedule{{0.0, 0.2}, {0.0, 2e-3}};
+  robot.arms[0].muscles[0].amplitude_n_m = CubicSchedule{{0.0, 0.2}, {0.0, 2e-3}};
   RunSettings settings = tests::Settings(Integrator::kSdirk3, 0.002, 0.4);
   const RunResult r = tests::CompleteRun(robot, settings);
   ASSERT_EQ(r.work_names, std::vector<std::string>{"muscle.arm.bend"});

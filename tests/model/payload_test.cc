@@ -40,7 +40,8 @@ Payload Ball(double at_m, double mass_kg, double volume_m3) {
 }
 
 TEST(Payload, LowersTheFrequencyAsBeamTheorySays) {
-  // Cantilever with tip mass m: 1 + cosh b cos b + m b / (rho A L) (sinh b cos b - cosh b sin b) = 0
+  // Cantilever with tip mass m: 1 + cosh b cos b + m b / (rho A L) (sinh b cos b - cosh b sin b) =
+  // 0
   Robot robot = Rod(60);
   const Arm& arm = robot.arms[0];
   const double area = pi * 3.6e-5, beam = 1022 * area * 0.42, mass = 0.7 * beam;
@@ -66,10 +67,10 @@ TEST(Payload, LowersTheFrequencyAsBeamTheorySays) {
 TEST(Payload, HangsWithItsWeightLessItsBuoyancy) {
   Robot robot = Rod(20);
   robot.effects.weight = robot.effects.buoyancy = true;  // the rod itself is neutral
-  robot.arms[0].payloads = {Ball(0.21, 0.02, 5e-6)};
+  robot.arms[0].payloads = {Ball(0.21, 0.006, 5e-6)};
   robot.arms[0].payloads[0].offset_m = {0.003, 0.01, 0.002};
   Robot loaded = Rod(20);  // the same force by hand: moment offset x force follows the section
-  const Vector3 force(0, 0, -9.81 * (0.02 - 1022 * 5e-6));
+  const Vector3 force(0, 0, -9.81 * (0.006 - 1022 * 5e-6));
   const StaticsResult a = tests::Equilibrium(robot, 4);
   const Pose g = a.state.pose[10];
   const Vector3 moment = (g.rotation * robot.arms[0].payloads[0].offset_m).cross(force);
@@ -124,7 +125,8 @@ TEST(Payload, DroppedKeepsTheMomentumOfVehicleAndPayload) {
     const double drop = 0.05;
     Robot robot = Thrower(drop);
     const Plant plant(robot);
-    RunSettings settings = tests::Settings(integrator, integrator == Integrator::kRk4 ? 1e-4 : 0.004, 0.1);
+    RunSettings settings =
+        tests::Settings(integrator, integrator == Integrator::kRk4 ? 1e-4 : 0.004, 0.1);
     settings.stepper.relative_tolerance = 1e-9;
     settings.stepper.absolute_tolerance = 1e-11;
     Simulation run(plant, settings);
@@ -165,7 +167,7 @@ TEST(Payload, DropIsTheSameAfterACheckpoint) {
 TEST(Payload, ReducedModelDropsAsThePlant) {
   Robot robot = Rod(24);
   robot.effects.weight = robot.effects.viscosity = true;
-  robot.effects.gravity_m_s2 = {0, 0, -0.5};
+  robot.effects.gravity_m_s2 = {0, 0, -0.2};
   robot.arms[0].payloads = {Ball(0.42, 0.03, 0)};
   robot.arms[0].payloads[0].drop_s = 0.3;
   const double duration = 0.6;
@@ -181,7 +183,7 @@ TEST(Payload, ReducedModelDropsAsThePlant) {
   const RunResult r = run.Run();
   ASSERT_TRUE(r.ok) << r.reason;
   constexpr double kEightSegments = 0.01;  // of the length
-  EXPECT_GT((plant.last.tips[0].position - Vector3(0.42, 0, 0)).norm(), 0.03);
+  EXPECT_GT((plant.last.tips[0].position - Vector3(0.42, 0, 0)).norm(), 0.01);
   EXPECT_LT((plant.last.tips[0].position - r.last.tips[0].position).norm(), kEightSegments * 0.42);
   ASSERT_EQ(r.drops.size(), 1u);
   EXPECT_NEAR(r.drops[0].momentum_kg_m_s.norm(), plant.drops[0].momentum_kg_m_s.norm(),

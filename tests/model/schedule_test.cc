@@ -14,8 +14,10 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kRoundOff = 1e-12;  // a dozen operations on numbers of order one
 
 std::vector<Schedule> EveryKind() {
-  return {ConstantSchedule{2.0}, TriangularSchedule{1.0, 5.0, 0.66, 0.1},
-          SineSchedule{2.0, 1.5, 0.4, 0.3, 0.2}, IntervalSchedule{3.0, {0.1, 0.5}, {0.2, 0.9}},
+  return {ConstantSchedule{2.0},
+          TriangularSchedule{1.0, 5.0, 0.66, 0.1},
+          SineSchedule{2.0, 1.5, 0.4, 0.3, 0.2},
+          IntervalSchedule{3.0, {0.1, 0.5}, {0.2, 0.9}},
           TableSchedule{{0.1, 0.4, 0.4, 0.8}, {1.0, 2.0, -1.0, 0.5}},
           CubicSchedule{{0.1, 0.4, 0.55, 0.8, 1.1}, {1.0, 2.0, 2.5, -1.0, -1.0}},
           PulseSchedule{-1.0, 2.0, 0.7, 0.2, 0.1, 0.3, 0.15, true},

@@ -151,7 +151,8 @@ TEST(StartState, ModeByNumberIsThatMode) {  // released, the arm swings at that 
     moving.arms[0].initial_modes = {{number, 1e-4}};
     const Plant plant(moving);
     const double omega = modes[number - 1].angular_frequency_rad_s;
-    RunSettings settings = tests::Settings(Integrator::kSdirk3, 2 * M_PI / omega / 200, 0.25 * 2 * M_PI / omega);
+    RunSettings settings =
+        tests::Settings(Integrator::kSdirk3, 2 * M_PI / omega / 200, 0.25 * 2 * M_PI / omega);
     Simulation run(plant, settings);
     const VectorX start = run.state().velocity;
     double fastest = 0;

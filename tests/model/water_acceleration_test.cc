@@ -29,8 +29,8 @@ Vector3 VelocityOf(const UnsteadyCurrent& c, double t) {
 Robot Ball(double mass, double volume) {
   Robot robot;
   robot.name = "ball";
-  robot.rigid_body =
-      RigidBody{"ball", GivenInertia{mass, Vector3(0.01, 0, 0.02), 1e-4 * Matrix3::Identity(), volume}};
+  robot.rigid_body = RigidBody{
+      "ball", GivenInertia{mass, Vector3(0.01, 0, 0.02), 1e-4 * Matrix3::Identity(), volume}};
   robot.effects.unsteady_current = Swell();
   return robot;
 }
@@ -160,7 +160,8 @@ TEST(WaterAcceleration, ACurrentThatJumpsIsRefused) {
     const Plant plant(robot);
     FAIL();
   } catch (const BadRobot& error) {
-    EXPECT_EQ(std::string(error.what()).find("effects.current.y: jumps by 0.2 m/s at t = 0.1 s"), 0u);
+    EXPECT_EQ(std::string(error.what()).find("effects.current.y: jumps by 0.2 m/s at t = 0.1 s"),
+              0u);
   }
 }
 
