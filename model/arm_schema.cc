@@ -360,16 +360,16 @@ void DescribeSections(Visitor& v, Arm& arm) {
              DescribePiece(t, own.material, has_material, arm.pieces.emplace_back());
            });
   if (v.describing()) return;
-  for (const char* key : {"radius", "inner_radius", "width", "height", "flooded", "radius_profile",
-                          "stiffness", "stiffness_matrix", "damping", "inertia",
-                          "shear_correction"}) {
-    const bool outline = std::string_view(key) != "radius_profile";
-    if (!outline) v.Demand(!(pieces && profile), key, "contradicts pieces: give one of them");
-    if (outline && pieces) v.Demand(!v.Has(key), key, "contradicts pieces: give it in each piece");
+  for (const char* key : {"radius", "inner_radius", "width", "height", "stiffness",
+                          "stiffness_matrix", "damping", "inertia"}) {
+    v.Demand(!(pieces && v.Has(key)), key, "contradicts `pieces`: give it in each piece");
   }
-  for (const char* key : {"radius", "inner_radius", "width", "height", "flooded"}) {
-    if (profile) v.Demand(!v.Has(key), key, "contradicts radius_profile: a section has one outline");
+  for (const char* key : {"radius", "inner_radius", "width", "height"}) {
+    v.Demand(!(profile && v.Has(key)), key, "contradicts `radius_profile`: a section has one outline");
   }
+  v.Demand(!(pieces && profile), "radius_profile", "contradicts `pieces`: give one of them");
+  v.Demand(!(pieces && own.shear_correction != 1.0), "shear_correction",
+           "contradicts `pieces`: give it in each piece");
   arm.material = own.material;
   arm.shear_correction = own.shear_correction;
   const auto* round = std::get_if<RoundOutline>(&own.outline);

@@ -51,6 +51,7 @@ StaticState StaticProblem::Reference() const {
 void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs) {
   inputs->gravity_scale = factor;
   inputs->normal_pressure_pa *= factor;
+  inputs->water_acceleration_m_s2 *= factor;
   for (double& x : inputs->distributed) x *= factor;
   for (double& x : inputs->points) x *= factor;
   for (double& x : inputs->strips_pa) x *= factor;
