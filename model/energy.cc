@@ -8,8 +8,8 @@
 namespace mantle::model {
 namespace {
 
-Vector3 CurrentOf(const Plant& plant) {
-  return plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+Vector3 CurrentOf(const Plant& plant, const PlantState& state) {
+  return EvaluateWater(plant.robot.effects, state.time_s).velocity_m_s;
 }
 
 // The current as a rigid translation of the frame `rotation`.
@@ -31,10 +31,18 @@ Energies EnergiesInWater(const Plant& plant, const PlantState& state, const Plan
       e.kinetic_solid_j += 0.5 * eta.dot(rod.nodes[i].inertia.cwiseProduct(eta));
       e.kinetic_water_j += 0.5 * rod.nodes[i].added_mass_kg * eta.tail<2>().squaredNorm();
     }
+    for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+      const Vector6 eta = AbsoluteTwist(plant, state, a, rod.payloads[k].node);
+      e.kinetic_solid_j += 0.5 * work.payloads[plant.PayloadIndex(a, static_cast<int>(k))] *
+                           eta.dot(rod.payloads[k].inertia * eta);
+    }
     for (int i = 0; i < rod.element_count(); ++i) {
       const RodElement& el = rod.elements[i];
       const Vector6 strain = work.rod[a][i].Strain(el) - el.reference_strain;
       e.elastic_arms_j += 0.5 * el.length * strain.dot(el.stiffness.cwiseProduct(strain));
+      if (!rod.coupling.empty()) {
+        e.elastic_arms_j += 0.5 * el.length * strain.dot(rod.coupling[i] * strain);
+      }
     }
   }
   if (!plant.shell) return e;
@@ -101,6 +109,10 @@ Vector3 MomentumRate(const Plant& plant, const PlantState& state, const PlantWor
       const Vector6 eta = state.velocity.segment<6>(at);
       total += turned(state.pose[plant.ArmPose(a, i)], eta.head<3>(), inertia.cwiseProduct(eta),
                       inertia.cwiseProduct(acceleration.segment<6>(at)));
+      if (plant.rods[a].payloads.empty()) continue;
+      const Matrix6 payload = PayloadInertia(plant, work, a, i);
+      total += turned(state.pose[plant.ArmPose(a, i)], eta.head<3>(), payload * eta,
+                      payload * acceleration.segment<6>(at));
     }
   }
   return total;
@@ -115,9 +127,9 @@ double Energies::magnitude() const {
 
 Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
   Energies e = EnergiesInWater(plant, state, work);
-  const Vector3 current = CurrentOf(plant);
+  const Vector3 current = CurrentOf(plant, state);
   if (current.isZero(0.0)) return e;
-  const SolidMotion solid = EvaluateSolidMotion(plant, state);  // the earth's
+  const SolidMotion solid = EvaluateSolidMotion(plant, state, work);  // the earth's
   const Vector3 carried = solid.mass_kg * current;
   const Vector3 water = EvaluateMomentum(plant, state, work).tail<3>() - solid.momentum_kg_m_s;
   e.kinetic_solid_j += current.dot(solid.momentum_kg_m_s - 0.5 * carried);
@@ -136,10 +148,10 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
                                  int first_distributed, int first_point) {
   const Rod& rod = plant.rods[a];
   const Vector6 root = state.velocity.head<6>();
-  const Vector3 current = CurrentOf(plant);
+  const Vector3 current = CurrentOf(plant, state);
   for (int i = 0; i <= rod.element_count(); ++i) {
     const Pose& g = state.pose[plant.ArmPose(a, i)];
-    SectionMotion motion{g.rotation, work.twist[a][i]};
+    SectionMotion motion{g.rotation, work.twist[a][i], inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion.rotation = state.pose[0].rotation * g.rotation;
       motion.twist += AdjointInverseTimes(g, root);
@@ -174,6 +186,27 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
                           rod.points[k].load.frame, motion.rotation)
               .dot(earth_twist);
     }
+    for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+      if (rod.payloads[k].node != i) continue;
+      const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
+      for (const RootLoad& load : rod.payloads[k].loads) {
+        std::visit(
+            [&](const auto& l) {
+              l.AddPower(motion, earth_twist, attached * FieldScale(l, inputs.gravity_scale),
+                         power_.data());
+            },
+            load);
+      }
+    }
+  }
+  for (std::size_t k = 0; k < rod.muscles.size(); ++k) {
+    const MuscleInput& in = inputs.muscles[plant.MuscleIndex(a, static_cast<int>(k))];
+    for (int i = 0; i < rod.element_count(); ++i) {
+      power_[rod.muscles[k].power_place] +=
+          MeanMuscleMoment(rod.muscles[k].wave, in, inputs.envelopes.data(), rod.x_m[i],
+                           rod.x_m[i + 1])
+              .dot(work.rod[a][i].d_dot.head<3>());
+    }
   }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
     const int index = plant.ArmCableIndex(a, static_cast<int>(c));
@@ -184,6 +217,9 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
     const Vector6 rate = work.rod[a][i].StrainRate(e);
     const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
     stress_power_arms_ += e.length * strain.dot(e.stiffness.cwiseProduct(rate));
+    if (!rod.coupling.empty()) {
+      stress_power_arms_ += e.length * strain.dot(rod.coupling[i] * rate);
+    }
     dissipation_ += e.length * rate.dot(e.viscosity.cwiseProduct(rate));
   }
 }
@@ -217,7 +253,7 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
                                    const VectorX& acceleration) {
   const Vector6 root = state.velocity.head<6>();
   // Loads see the water, works are the earth's.
-  const Vector6 earth_root = root + Carried(state.pose[0].rotation, CurrentOf(plant));
+  const Vector6 earth_root = root + Carried(state.pose[0].rotation, CurrentOf(plant, state));
   std::fill(power_.begin(), power_.end(), 0.0);
   dissipation_ = stress_power_arms_ = stress_power_mantle_ = 0;
   int distributed = 0, point = 0;
@@ -227,13 +263,18 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
     point += static_cast<int>(plant.rods[a].points.size());
   }
   if (plant.shell) AddMantlePowers(plant, state, inputs, work, earth_root);
-  const SectionMotion motion{state.pose[0].rotation, root};
+  const SectionMotion motion{state.pose[0].rotation, root, inputs.water_acceleration_m_s2};
   for (const RootLoad& load : plant.root_loads) {
     std::visit(
         [&](const auto& l) {
           l.AddPower(motion, earth_root, FieldScale(l, inputs.gravity_scale), power_.data());
         },
         load);
+  }
+  if (plant.water_place >= 0) {  // on the impulse of what is not solid
+    const Vector3 impulse = EvaluateMomentum(plant, state, work).tail<3>() -
+                            EvaluateSolidMotion(plant, state, work).momentum_kg_m_s;
+    power_[plant.water_place] += inputs.water_acceleration_m_s2.dot(impulse);
   }
   if (plant.constraint_place >= 0) {
     ApplyMass(plant, work, acceleration, &scratch_);
@@ -267,9 +308,13 @@ EnergyAccount::Balance EnergyAccount::EvaluateBalance(const Plant& plant, const 
     AddMantleInertia(work.mantle_inertia, true, &rate);
     kinetic += 0.5 * root.dot(rate * root);
   }
-  const Vector3 current = CurrentOf(plant);
+  const Vector3 current = CurrentOf(plant, state);
   if (!current.isZero(0.0)) {
     kinetic += current.dot(MomentumRate(plant, state, work, acceleration));
+  }
+  if (plant.water_place >= 0) {
+    const Vector3 by_water = EvaluateWater(plant.robot.effects, state.time_s).acceleration_m_s2;
+    kinetic += by_water.dot(EvaluateMomentum(plant, state, work).tail<3>());
   }
   double sum = kinetic + stress_power_arms_ + stress_power_mantle_ + dissipation_;
   double scale = std::abs(kinetic) + std::abs(stress_power_arms_) + std::abs(stress_power_mantle_) +

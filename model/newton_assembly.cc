@@ -25,8 +25,13 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   for (int i = 0; i < n; ++i) {
     const RodElementState& e = work.rod[a][i];
     Vector6 sigma = RodStress(rod.elements[i], e);
+    AddCoupledStress(rod, i, e, work.muscles[a], &sigma);
     Matrix6 cable_tangent = Matrix6::Zero();
     bool pulled = false;
+    if (!rod.coupling.empty()) {
+      cable_tangent = rod.coupling[i] / rod.elements[i].length;
+      pulled = true;
+    }
     for (std::size_t c = 0; c < rod.cables.size(); ++c) {
       if (i >= static_cast<int>(rod.cables[c].pieces.size())) continue;
       const CableInput& in = inputs.cables[plant.ArmCableIndex(a, static_cast<int>(c))];
@@ -82,7 +87,14 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       d -= s * (ad.transpose() * m.asDiagonal());
       d -= s * CoadjointMatrix(m.cwiseProduct(eta));
     }
-    SectionMotion motion{pose[i].rotation, eta};
+    const bool loaded = !rod.payloads.empty();
+    const Matrix6 payload = loaded && i > 0 ? PayloadInertia(plant, work, a, i) : Matrix6::Zero();
+    if (loaded && s > 0.0 && i > 0) {
+      const Matrix6 ad = SmallAdjoint(eta);
+      d += s * (s * payload + chart * payload * ad - ad.transpose() * payload -
+                CoadjointMatrix(payload * eta));
+    }
+    SectionMotion motion{pose[i].rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion.rotation = state.pose[0].rotation * pose[i].rotation;
       motion.twist += AdjointInverseTimes(pose[i], state.velocity.head<6>());
@@ -111,6 +123,13 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       lt.moment_by_rotation += Hat(w.head<3>());
       lt.force_by_rotation += Hat(w.tail<3>());
     }
+    for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+      if (rod.payloads[k].node != i) continue;
+      const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
+      d.leftCols<3>() -=
+          attached *
+          RootLoadTangent(rod.payloads[k].loads, motion, inputs.gravity_scale).by_rotation;
+    }
     d.topLeftCorner<3, 3>() -= lt.moment_by_rotation;
     d.bottomLeftCorner<3, 3>() -= lt.force_by_rotation;
     d.bottomRightCorner<3, 3>() -= s * lt.force_by_velocity;
@@ -121,6 +140,7 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       Matrix6 by_twist = ad.transpose() * m.asDiagonal();
       by_twist += CoadjointMatrix(m.cwiseProduct(eta));
       by_twist.bottomRightCorner<3, 3>() += lt.force_by_velocity;
+      if (loaded) by_twist += ad.transpose() * payload + CoadjointMatrix(payload * eta);
       d.noalias() -= by_twist * ad;
     }
     if (strain_coordinates_) part.strain.nodes[i] = d;

@@ -44,7 +44,22 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
     work->cable_rate_m_s[index] = rate;
     work->cable_tension_n[index] = CableTension(inputs.cables[index], length, rate);
   }
+  if (rod.muscles.empty()) return {};
+  for (int i = 0; i < n; ++i) {
+    Vector3& moment = work->muscles[a][i];
+    moment.setZero();
+    for (std::size_t k = 0; k < rod.muscles.size(); ++k) {
+      moment += MeanMuscleMoment(rod.muscles[k].wave,
+                                 inputs.muscles[plant.MuscleIndex(a, static_cast<int>(k))],
+                                 inputs.envelopes.data(), rod.x_m[i], rod.x_m[i + 1]);
+    }
+  }
   return {};
+}
+
+double AttachedOf(const Plant& plant, int a, const RodPayload& p, const PlantWork& work) {
+  const auto k = &p - plant.rods[a].payloads.data();
+  return work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
 }
 
 // Loads per unit length at a node, times its share of length; `twist` relative to the water.
@@ -71,6 +86,7 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
 
   for (int i = 0; i < n; ++i) {
     Vector6 sigma = RodStress(rod.elements[i], elements[i]);
+    AddCoupledStress(rod, i, elements[i], work->muscles[a], &sigma);
     for (std::size_t c = 0; c < rod.cables.size(); ++c) {
       if (i >= static_cast<int>(rod.cables[c].pieces.size())) continue;
       const double u = work->cable_tension_n[plant.ArmCableIndex(a, static_cast<int>(c))];
@@ -91,10 +107,15 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
   for (int i = 1; i <= n; ++i) {
     at(i) += CoadjointTimes(twist[i], rod.nodes[i].FullInertia().cwiseProduct(twist[i]));
   }
+  for (const RodPayload& p : rod.payloads) {  // on node 0 it is in the root's momentum
+    if (p.node == 0) continue;
+    const double attached = AttachedOf(plant, a, p, *work);
+    at(p.node) += attached * CoadjointTimes(twist[p.node], p.inertia * twist[p.node]);
+  }
 
   Vector6 root_loads = Vector6::Zero();  // frozen coupling: external loads, about the root
   for (int i = 0; i <= n; ++i) {
-    SectionMotion motion{pose[i].rotation, twist[i]};
+    SectionMotion motion{pose[i].rotation, twist[i], inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion.rotation = state.pose[0].rotation * pose[i].rotation;
       motion.twist += AdjointInverseTimes(pose[i], root_twist);
@@ -105,6 +126,11 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
       if (rod.points[k].node != i) continue;
       external += WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
                                   rod.points[k].load.frame, motion.rotation);
+    }
+    for (const RodPayload& p : rod.payloads) {
+      if (p.node != i) continue;
+      const double attached = AttachedOf(plant, a, p, *work);
+      AddRootWrenches(p.loads, motion, inputs.gravity_scale, attached, &external);
     }
     Vector6 actuation = Vector6::Zero(), internal = Vector6::Zero();
     for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
@@ -124,7 +150,10 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
     } else {
       base += external + actuation;
     }
-    if (!plant.exact()) root_loads += AdjointInverseTransposeTimes(pose[i], external);
+    if (!plant.exact()) {
+      external += actuation - internal;
+      root_loads += AdjointInverseTransposeTimes(pose[i], external);
+    }
   }
   work->force.head<6>() +=
       plant.exact() ? AdjointInverseTransposeTimes(rod.mount, base) : root_loads;
@@ -221,6 +250,11 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
                    PlantWork* work) {
   const Vector6 eta = state.velocity.head<6>();
   work->root_mass = plant.root_inertia;
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    if (plant.rods[a].payloads.empty()) continue;
+    const Matrix6 ad = Adjoint(Inverse(plant.rods[a].mount));
+    work->root_mass += ad.transpose() * PayloadInertia(plant, *work, a, 0) * ad;
+  }
   if (plant.shell) AddMantleInertia(work->mantle_inertia, false, &work->root_mass);
   if (!plant.exact()) {
     for (std::size_t a = 0; a < plant.rods.size(); ++a) {
@@ -240,8 +274,9 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
   }
   work->force.head<6>() += CoadjointTimes(eta, momentum);
   Vector6 wrench = work->force.head<6>();
-  AddRootWrenches(plant.root_loads, {state.pose[0].rotation, eta}, inputs.gravity_scale, 1.0,
-                  &wrench);
+  AddRootWrenches(plant.root_loads,
+                  {state.pose[0].rotation, eta, inputs.water_acceleration_m_s2},
+                  inputs.gravity_scale, 1.0, &wrench);
   work->force.head<6>() = wrench;
 }
 
@@ -250,6 +285,7 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
 EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
                                  const PlantInputs& inputs, PlantWork* work) {
   work->force.setZero();
+  work->payloads = inputs.payloads;
   int distributed = 0, points = 0;
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     if (const EvaluationFailure failure = EvaluateRod(plant, a, state, inputs, work)) {
@@ -280,6 +316,12 @@ void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, Vect
     for (int i = 1; i <= rod.element_count(); ++i) {
       const int at = plant.ArmVelocity(k, i);
       out->segment<6>(at) = rod.nodes[i].FullInertia().cwiseProduct(a.segment<6>(at));
+    }
+    for (std::size_t p = 0; p < rod.payloads.size(); ++p) {
+      if (rod.payloads[p].node == 0) continue;
+      const int at = plant.ArmVelocity(k, rod.payloads[p].node);
+      out->segment<6>(at) += work.payloads[plant.PayloadIndex(k, static_cast<int>(p))] *
+                             (rod.payloads[p].inertia * a.segment<6>(at));
     }
   }
   if (!plant.shell) return;
@@ -320,6 +362,13 @@ void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const Plan
     for (int i = 1; i <= rod.element_count(); ++i) {
       const int at = plant.ArmVelocity(k, i);
       a->segment<6>(at) = work.force.segment<6>(at).cwiseQuotient(rod.nodes[i].FullInertia());
+    }
+    for (const RodPayload& p : rod.payloads) {
+      if (p.node == 0) continue;
+      const int at = plant.ArmVelocity(k, p.node);
+      Matrix6 inertia = PayloadInertia(plant, work, k, p.node);
+      inertia.diagonal() += rod.nodes[p.node].FullInertia();
+      a->segment<6>(at) = inertia.ldlt().solve(Vector6(work.force.segment<6>(at)));
     }
   }
   if (!plant.shell) return;

@@ -7,6 +7,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/arm_section.h"
+#include "model/rigid_body.h"
+
 namespace mantle::model {
 namespace {
 
@@ -23,7 +26,47 @@ void Demand(bool ok, const std::string& message) {
 }
 
 double Radius(const Arm& arm, double x) {
+  if (!arm.pieces.empty()) {
+    const PiecePlace at = PieceAt(arm.pieces, x);
+    return AreaOf(at.piece, at.share).radius_m;
+  }
   return arm.radius_base_m + (arm.radius_tip_m - arm.radius_base_m) * x / arm.length_m;
+}
+
+// Whether a point of the section lies inside it, and the bound in words.
+bool IsInside(const Arm& arm, const Vector3& p) {
+  constexpr double kRoundOff = 1 + 1e-12;
+  if (!arm.pieces.empty()) {
+    const PiecePlace at = PieceAt(arm.pieces, p.x());
+    if (const auto* box = std::get_if<RectangularOutline>(&at.piece.outline)) {
+      return std::abs(p.y()) <= 0.5 * box->width_m.At(at.share) * kRoundOff &&
+             std::abs(p.z()) <= 0.5 * box->height_m.At(at.share) * kRoundOff;
+    }
+  }
+  return std::hypot(p.y(), p.z()) <= Radius(arm, p.x()) * kRoundOff;
+}
+
+// Calls part(from, to) for what lies of [x0, x1] in each piece.
+template <typename Part>
+void ForEachPart(const Arm& arm, double x0, double x1, Part part) {
+  for (const double border : PieceBorders(arm, false)) {
+    if (border <= x0 + 1e-12 * arm.length_m || border >= x1 - 1e-12 * arm.length_m) continue;
+    part(x0, border);
+    x0 = border;
+  }
+  part(x0, x1);
+}
+
+struct Station {
+  const char* what;
+  double at_m;
+};
+std::vector<Station> StationsOf(const Arm& arm) {
+  std::vector<Station> stations;
+  for (const double x : PieceBorders(arm, true)) stations.push_back({"pieces: end", x});
+  for (const Payload& p : arm.payloads) stations.push_back({"payloads: at", p.at_m});
+  for (const PointWrench& p : arm.points) stations.push_back({"points: at", p.at_m});
+  return stations;
 }
 
 // Uniform nodes, the nearest interior one moved onto each station.
@@ -33,15 +76,15 @@ std::vector<double> NodesOf(const Arm& arm) {
   for (int i = 0; i <= n; ++i) x[i] = arm.length_m * i / n;
   std::vector<bool> taken(n + 1, false);
   taken.front() = taken.back() = true;
-  for (const PointWrench& p : arm.points) {
+  for (const Station& p : StationsOf(arm)) {
     const int i = static_cast<int>(std::lround(p.at_m / arm.length_m * n));
     if (std::abs(x[i] - p.at_m) < 1e-9 * arm.length_m) {
       taken[i] = true;
       continue;
     }
-    Demand(!taken[i], fmt::format("points: at = {} m falls between nodes that other points or the "
+    Demand(!taken[i], fmt::format("{} = {} m falls between nodes that other points or the "
                                   "ends hold; use more elements than {}",
-                                  p.at_m, n));
+                                  p.what, p.at_m, n));
     x[i] = p.at_m;
     taken[i] = true;
   }
@@ -67,28 +110,101 @@ RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relativ
   e.length = x1 - x0;
   const bool straight = arm.curvature_base.isZero(0.0) && arm.curvature_tip.isZero(0.0);
   e.reference_strain = straight ? ArmRestStrain(arm, 0) : Vector6(LogSE3(relative) / e.length);
-  for (int k = 0; k < 5; ++k) {
-    const double x = x0 + kGaussPoint[k] * e.length;
-    e.stiffness += kGaussWeight[k] * ArmStiffness(arm, x);
-    e.viscosity += kGaussWeight[k] * ArmViscosity(arm, effects, x);
-  }
+  ForEachPart(arm, x0, x1, [&](double from, double to) {
+    const double share = (to - from) / e.length;
+    for (int k = 0; k < 5; ++k) {
+      const double x = from + kGaussPoint[k] * (to - from);
+      e.stiffness += share * kGaussWeight[k] * ArmStiffness(arm, x);
+      e.viscosity += share * kGaussWeight[k] * ArmViscosity(arm, effects, x);
+    }
+  });
   return e;
 }
 
 void AddNodalIntegrals(const Arm& arm, const Water& water, const Effects& effects, double x0,
                        double x1, RodNode* left, RodNode* right) {
-  const double length = x1 - x0;
-  for (int k = 0; k < 5; ++k) {
-    const double x = x0 + kGaussPoint[k] * length;
-    for (RodNode* node : {left, right}) {
-      const double shape = node == left ? 1.0 - kGaussPoint[k] : kGaussPoint[k];
-      const RodNode section = ArmSection(arm, water, effects, x, kGaussWeight[k] * length * shape);
-      node->weight_m += section.weight_m;
-      node->section.x_m += section.weight_m * section.section.x_m;
-      node->section.area_m2 += section.weight_m * section.section.area_m2;
-      node->section.radius_m += section.weight_m * section.section.radius_m;
-      node->inertia += section.inertia;
-      node->added_mass_kg += section.added_mass_kg;
+  ForEachPart(arm, x0, x1, [&](double from, double to) {
+    for (int k = 0; k < 5; ++k) {
+      const double x = from + kGaussPoint[k] * (to - from);
+      const double at = (x - x0) / (x1 - x0);
+      for (RodNode* node : {left, right}) {
+        const double shape = node == left ? 1.0 - at : at;
+        const RodNode section =
+            ArmSection(arm, water, effects, x, kGaussWeight[k] * (to - from) * shape);
+        node->weight_m += section.weight_m;
+        node->section.x_m += section.weight_m * section.section.x_m;
+        node->section.area_m2 += section.weight_m * section.section.area_m2;
+        node->section.radius_m += section.weight_m * section.section.radius_m;
+        node->section.drag_shape +=
+            section.weight_m * section.section.radius_m * section.section.drag_shape;
+        node->inertia += section.inertia;
+        node->added_mass_kg += section.added_mass_kg;
+      }
+    }
+  });
+}
+
+// Coupling of the strains, mean over each element; none where no piece couples them.
+std::vector<Matrix6> CouplingOf(const Arm& arm, const Rod& rod) {
+  std::vector<Matrix6> coupling;
+  for (int i = 0; i < rod.element_count(); ++i) {
+    Matrix6 mean = Matrix6::Zero();
+    ForEachPart(arm, rod.x_m[i], rod.x_m[i + 1], [&](double from, double to) {
+      mean += (to - from) / rod.elements[i].length * ArmStiffnessCoupling(arm, 0.5 * (from + to));
+    });
+    coupling.push_back(mean);
+  }
+  const bool any = std::any_of(coupling.begin(), coupling.end(),
+                               [](const Matrix6& m) { return !m.isZero(0.0); });
+  return any ? coupling : std::vector<Matrix6>();
+}
+
+int NodeAt(const Rod& rod, double x_m) {
+  const auto at = std::min_element(rod.x_m.begin(), rod.x_m.end(), [&](double a, double b) {
+    return std::abs(a - x_m) < std::abs(b - x_m);
+  });
+  return static_cast<int>(at - rod.x_m.begin());
+}
+
+RodPayload PayloadOf(const Rod& rod, const Payload& p, const Water& water,
+                     const Effects& effects) {
+  const RigidBody body{p.name, GivenInertia{p.mass_kg, p.offset_m, p.inertia_kg_m2, p.volume_m3}};
+  RodPayload out{NodeAt(rod, p.at_m), p, RigidInertia(body), {}, -1};
+  if (effects.weight || effects.buoyancy) {
+    out.loads.push_back(
+        RigidGravityLoad{effects.gravity_m_s2, effects.weight ? p.mass_kg : 0.0,
+                         effects.buoyancy ? water.density_kg_m3 * p.volume_m3 : 0.0, p.offset_m});
+  }
+  if (effects.unsteady_current) {
+    out.loads.push_back(RigidWaterAccelerationLoad{
+        p.mass_kg, water.density_kg_m3 * p.volume_m3, p.offset_m});
+  }
+  return out;
+}
+
+void CheckPayloadsAndMuscles(const Arm& arm) {
+  for (const Payload& p : arm.payloads) {
+    Demand(p.at_m >= 0 && p.at_m <= arm.length_m * (1 + 1e-12),
+           fmt::format("payloads.{}: at = {} m, must be in [0, {}]", p.name, p.at_m, arm.length_m));
+    Demand(p.mass_kg > 0, fmt::format("payloads.{}: mass = {} kg, must be > 0", p.name, p.mass_kg));
+    const Eigen::Vector3d moments = p.inertia_kg_m2.selfadjointView<Eigen::Lower>().eigenvalues();
+    Demand(p.inertia_kg_m2.isApprox(p.inertia_kg_m2.transpose()) && moments(0) >= 0 &&
+               moments(2) <= (moments(0) + moments(1)) * (1 + 1e-9),
+           fmt::format("payloads.{}: inertia: must be symmetric with principal moments that no body "
+                       "lacks: none negative, none above the sum of the other two",
+                       p.name));
+  }
+  for (const MuscleWave& m : arm.muscles) {
+    if (const auto* s = std::get_if<SineSchedule>(&m.wave_length_m)) {
+      Demand(s->offset > std::abs(s->amplitude),
+             fmt::format("muscles.{}: wave_length: offset = {} m, must be > its amplitude {} m: a "
+                         "wave length must stay > 0",
+                         m.name, s->offset, std::abs(s->amplitude)));
+    }
+    for (std::size_t i = 1; i < m.envelope.size(); ++i) {
+      Demand(m.envelope[i].at_m > m.envelope[i - 1].at_m,
+             fmt::format("muscles.{}: envelope: at must ascend; {} m after {} m", m.name,
+                         m.envelope[i].at_m, m.envelope[i - 1].at_m));
     }
   }
 }
@@ -115,8 +231,13 @@ RodCable CableOf(const Arm& arm, const ArmCable& cable, const Rod& rod) {
 void CheckArm(const Arm& arm) {
   Demand(arm.length_m > 0, fmt::format("length = {} m, must be > 0", arm.length_m));
   Demand(arm.elements >= 1, fmt::format("elements = {}, must be >= 1", arm.elements));
-  Demand(arm.radius_base_m > 0 && arm.radius_tip_m > 0,
-         fmt::format("radius = {}, {} m, must be > 0", arm.radius_base_m, arm.radius_tip_m));
+  if (arm.pieces.empty()) {
+    Demand(arm.radius_base_m > 0 && arm.radius_tip_m > 0,
+           fmt::format("radius = {}, {} m, must be > 0", arm.radius_base_m, arm.radius_tip_m));
+  } else {
+    CheckPieces(arm);
+  }
+  CheckPayloadsAndMuscles(arm);
   const double turn =
       arm.length_m / arm.elements * std::max(arm.curvature_base.norm(), arm.curvature_tip.norm());
   Demand(turn < 1.0, fmt::format("elements = {}: an element at rest turns {:.3g} rad, must be < 1; "
@@ -129,10 +250,18 @@ void CheckArm(const Arm& arm) {
                        c.name, c.fraction));
     for (const Vector3& p : c.path) {
       const double distance = std::hypot(p.y(), p.z());
-      Demand(distance <= Radius(arm, p.x()) * (1 + 1e-12),
+      Demand(IsInside(arm, p),
              fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
                          "{:.6g} m: the cable must lie inside the section",
                          c.name, distance, p.x(), Radius(arm, p.x())));
+    }
+    if (c.path.empty()) {
+      for (std::size_t i = 0; i < arm.pieces.size(); ++i) {
+        Demand(std::holds_alternative<RoundOutline>(arm.pieces[i].outline),
+               fmt::format("cables.{}: fraction: needs round sections, pieces[{}] is rectangular; "
+                           "give the cable a `path`",
+                           c.name, i));
+      }
     }
     Demand(c.end_m > 0 && c.end_m <= arm.length_m * (1 + 1e-12),
            fmt::format("cables.{}: end = {} m, must be in (0, {}]", c.name, c.end_m, arm.length_m));
@@ -151,29 +280,76 @@ Vector6 ArmRestStrain(const Arm& arm, double x) {
   return xi;
 }
 
+namespace {
+
+// Of a rigid piece: every strain kRigidFactor times as stiff as the arm's stiffest section.
+Vector6 RigidStiffness(const Arm& arm) {
+  Vector6 largest = Vector6::Zero();
+  for (const ArmPiece& p : arm.pieces) {
+    if (p.rigid) continue;
+    for (const double share : {0.0, 1.0}) {
+      largest = largest.cwiseMax(Vector6(PieceStiffness(p, share).diagonal()));
+    }
+  }
+  return kRigidFactor * largest;
+}
+
+}  // namespace
+
 Vector6 ArmStiffness(const Arm& arm, double x) {
+  if (!arm.pieces.empty()) {
+    const PiecePlace at = PieceAt(arm.pieces, x);
+    return at.piece.rigid ? RigidStiffness(arm)
+                          : Vector6(PieceStiffness(at.piece, at.share).diagonal());
+  }
   if (arm.stiffness) return *arm.stiffness;
   return SectionStiffness(arm.material, arm.shear_correction, Radius(arm, x));
 }
 
+Matrix6 ArmStiffnessCoupling(const Arm& arm, double x) {
+  Matrix6 coupling = Matrix6::Zero();
+  if (arm.pieces.empty()) return coupling;
+  const PiecePlace at = PieceAt(arm.pieces, x);
+  if (at.piece.rigid || !at.piece.stiffness) return coupling;
+  coupling = *at.piece.stiffness;
+  coupling.diagonal().setZero();
+  return coupling;
+}
+
 Vector6 ArmViscosity(const Arm& arm, const Effects& effects, double x) {
   if (!effects.viscosity) return Vector6::Zero();
+  if (!arm.pieces.empty()) {
+    const PiecePlace at = PieceAt(arm.pieces, x);
+    return at.piece.rigid ? Vector6(Vector6::Zero()) : PieceViscosity(at.piece, at.share);
+  }
   if (arm.viscosity) return *arm.viscosity;
   return SectionViscosity(arm.material, Radius(arm, x));
 }
 
 RodNode ArmSection(const Arm& arm, const Water& water, const Effects& effects, double x,
                    double weight) {
-  const double radius = Radius(arm, x);
   RodNode node;
   node.weight_m = weight;
-  node.section = {x, std::numbers::pi * radius * radius, radius};
-  node.inertia =
-      weight * (arm.inertia ? *arm.inertia : SectionInertia(arm.material.density_kg_m3, radius));
-  if (effects.added_mass) {
-    node.added_mass_kg =
-        weight * SectionAddedMass(water.density_kg_m3, arm.added_mass_coefficient, radius);
+  if (!arm.pieces.empty()) {
+    const PiecePlace at = PieceAt(arm.pieces, x);
+    const SectionArea area = AreaOf(at.piece, at.share);
+    node.section = {x, area.displaced_m2, area.radius_m, 0.0, area.drag_shape};
+    node.inertia = weight * PieceInertia(at.piece, at.share);
+    if (effects.added_mass) {
+      node.added_mass_kg =
+          weight * SectionAddedMass(water.density_kg_m3, arm.added_mass_coefficient, area.radius_m);
+    }
+  } else {
+    const double radius = Radius(arm, x);
+    node.section = {x, std::numbers::pi * radius * radius, radius};
+    node.inertia =
+        weight * (arm.inertia ? *arm.inertia : SectionInertia(arm.material.density_kg_m3, radius));
+    if (effects.added_mass) {
+      node.added_mass_kg =
+          weight * SectionAddedMass(water.density_kg_m3, arm.added_mass_coefficient, radius);
+    }
   }
+  if (weight > 0) node.section.density_kg_m3 = node.inertia(5) / (weight * node.section.area_m2);
   return node;
 }
 
@@ -223,6 +399,7 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
   rod.x_m = NodesOf(arm);
   const int n = arm.elements;
   rod.nodes.resize(n + 1);
+  for (RodNode& node : rod.nodes) node.section.drag_shape.setZero();
   rod.reference.resize(n + 1);
   for (int i = 0; i < n; ++i) {
     rod.reference[i + 1] = AdvanceReference(arm, rod.reference[i], rod.x_m[i], rod.x_m[i + 1]);
@@ -235,18 +412,24 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
     node.section.x_m /= node.weight_m;
     node.section.area_m2 /= node.weight_m;
     node.section.radius_m /= node.weight_m;
+    node.section.drag_shape /= node.weight_m * node.section.radius_m;
+    if (arm.pieces.empty()) node.section.drag_shape.setOnes();
+    node.section.density_kg_m3 = node.inertia(5) / (node.weight_m * node.section.area_m2);
   }
   AddLoads(&rod.loads, arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {
     rod.distributed.push_back(
-        {d.name, DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame}, d.schedule});
+        {d.name,
+         DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame,
+                         d.internal.value_or(d.frame == LoadFrame::kBody)},
+         d.schedule});
   }
   for (const PointWrench& p : arm.points) {
-    const auto at = std::min_element(rod.x_m.begin(), rod.x_m.end(), [&](double a, double b) {
-      return std::abs(a - p.at_m) < std::abs(b - p.at_m);
-    });
-    rod.points.push_back({static_cast<int>(at - rod.x_m.begin()), p});
+    rod.points.push_back({NodeAt(rod, p.at_m), p});
   }
+  for (const Payload& p : arm.payloads) rod.payloads.push_back(PayloadOf(rod, p, water, effects));
+  for (const MuscleWave& m : arm.muscles) rod.muscles.push_back({m});
+  if (!arm.pieces.empty()) rod.coupling = CouplingOf(arm, rod);
   for (const ArmCable& c : arm.cables) rod.cables.push_back(CableOf(arm, c, rod));
   return rod;
 }

@@ -9,6 +9,7 @@
 
 namespace mantle::reduced {
 
+using model::Matrix6;
 using model::Pose;
 using model::Vector3;
 using model::Vector6;
@@ -50,7 +51,20 @@ struct ReducedCable {
   double distance_integral_m2{0};
 };
 
-/// A point wrench at the end of an interval.
+/// A place where muscles act: their generalised force is basis^T m.
+struct MusclePoint {
+  int group;
+  double x_m;
+  Columns basis;  ///< weight B
+};
+
+/// A payload, at the end of an interval.
+struct ReducedPayload {
+  int interval;  ///< at its end; -1: the base
+  Matrix6 inertia;
+  std::vector<model::RootLoad> loads;
+};
+
 struct ReducedPoint {
   int interval;  ///< whose end carries it; -1: the base
   model::PointWrench load;
@@ -65,19 +79,22 @@ struct ReducedPoint {
 struct ReducedArm {
   ArmReduction reduction;
   StrainBasis basis;
-  Pose mount;                       ///< base frame in the root frame
-  std::vector<Interval> intervals;  ///< from the base to the tip
-  int dynamic_intervals{
-      0};  ///< up to the last section or point load; the rest only reaches the tip
-  std::vector<model::RodNode> sections;   ///< with their shares of length, from the base
-  int base_section{-1};                   ///< at X = 0, fixed to the root (plant's nodes only)
-  std::vector<model::SectionLoad> loads;  ///< the plant's, on every section
-  std::vector<model::DistributedLoad> distributed;  ///< in the robot's order, on every section
-  std::vector<ReducedPoint> points;                 ///< in the robot's order
-  std::vector<ReducedCable> cables;                 ///< in the robot's order
-  bool needs_rotation{false};          ///< some load depends on the orientation in the world
-  Eigen::MatrixXd stiffness, damping;  ///< K_q, D_q
-  bool viscous{false};                 ///< D_q is not zero
+  Pose mount;                         ///< base frame in the root frame
+  std::vector<Interval> intervals{};  ///< from the base to the tip
+  /// Up to the last section or point load; the rest only reaches the tip.
+  int dynamic_intervals{0};
+  std::vector<model::RodNode> sections{};   ///< with their shares of length, from the base
+  int base_section{-1};                     ///< at X = 0, fixed to the root (plant's nodes only)
+  std::vector<model::SectionLoad> loads{};  ///< the plant's, on every section
+  std::vector<model::DistributedLoad> distributed{};  ///< in the robot's order, on every section
+  std::vector<ReducedPoint> points{};                 ///< in the robot's order
+  std::vector<ReducedCable> cables{};                 ///< in the robot's order
+  std::vector<model::MuscleWave> muscles{};
+  std::vector<MusclePoint> muscle_points{};
+  std::vector<ReducedPayload> payloads{};
+  bool needs_rotation{false};              ///< some load depends on the orientation in the world
+  Eigen::MatrixXd stiffness{}, damping{};  ///< K_q, D_q
+  bool viscous{false};                     ///< D_q is not zero
 
   int size() const { return basis.size(); }
 };

@@ -31,6 +31,10 @@ struct ArmMotion {
   double gravity_scale;                   ///< of loads of a field
   const model::CableInput* cables;        ///< the arm's, in order
   const double *distributed, *points;     ///< the arm's factors, in order
+  const model::MuscleInput* muscles{nullptr};
+  const double* envelopes{nullptr};
+  const double* payloads{nullptr};
+  Vector3 water_acceleration_m_s2{Vector3::Zero()};
 };
 
 /// What EvaluateArm computes of one interval and LineariseArm reads again; motion and wrenches of

@@ -93,6 +93,7 @@ struct MantleMotion {
   const model::CableInput* spokes;        ///< the mantle's, in order
   const double* strips_pa;                ///< in order, inward
   double normal_pressure_pa;              ///< inside minus outside
+  Vector3 water_acceleration_m_s2{Vector3::Zero()};
 };
 
 /// Everything that one evaluation of the mantle computes; allocated once by the constructor.
