@@ -203,7 +203,7 @@ class ControlJob {
     lcm_->Write(EnergyMessage(sample, step.plant->simulation().energy()));
     lcm_->Write(StatusMessage(controller_, step, iterations_));
     if (shapes_ && (at_end || samples_ % shape_every_ == 0)) {
-      lcm_->Write(shapes_->Of(step.plant.state(), sample.cable_tension_n));
+      lcm_->Write(shapes_->Of(step.plant->state(), sample.cable_tension_n));
     }
     ++samples_;
   }
