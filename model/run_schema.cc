@@ -16,8 +16,8 @@ constexpr Range kTolerance{0, 0.1, true};
 
 void DescribeTime(schema::Visitor& v, RunSettings& run) {
   v.Number(Required({"duration"}), Quantity::kTime, kPositive, &run.duration_s);
-  v.Number({"step", "of the fixed-step integrators; the longest of cvode"}, Quantity::kTime,
-           kPositive, &run.step_s);
+  v.Number({"step", "of fixed steps; the longest of error-controlled ones and of cvode"},
+           Quantity::kTime, kPositive, &run.step_s);
   run.min_step_s = std::min(run.min_step_s, run.step_s);
   v.Number({.name = "min_step",
             .meaning = "a failing step is halved down to this",
@@ -32,6 +32,11 @@ void DescribeTime(schema::Visitor& v, RunSettings& run) {
        {"rk4", Integrator::kRk4},
        {"cvode", Integrator::kCvode}},
       &s.integrator);
+  v.Number(
+      {"tolerance",
+       "error-controlled steps of sdirk2, sdirk3 and backward_euler: largest estimated error of "
+       "one, in rad, body lengths, and per second; 0: fixed steps"},
+      Quantity::kNumber, Range{0, 0.1, false}, &s.step_tolerance);
   v.Number({"newton_tolerance",
             "implicit steps: share of the step's own estimated error that the iteration may leave"},
            Quantity::kNumber, kTolerance, &s.newton_tolerance);

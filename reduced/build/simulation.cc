@@ -9,7 +9,6 @@ namespace mantle::reduced {
 namespace {
 
 constexpr double kSameTime_s = 1e-12;
-constexpr double kRecovery = 2.0;  // growth of a reduced step per success
 constexpr double kMoving = 1e-12;  // velocity relative to a rigid robot's: above round-off
 
 }  // namespace
@@ -38,7 +37,7 @@ ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRun
       plant_work_(model.plant),
       acceleration_(VectorX::Zero(model.velocity_count())),
       plant_acceleration_(VectorX::Zero(model.plant.velocity_size())),
-      step_cap_s_(settings.step_s) {
+      step_cap_(settings.step_s) {
   const model::PlantState start = model::StartState(model.plant);
   projection_.Lift(state_, &lifted_);
   if ((start.velocity - lifted_.velocity).cwiseAbs().maxCoeff() <= kMoving) return;
@@ -58,7 +57,7 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
     const bool at_breakpoint = breakpoint <= t_s + kSameTime_s;
     const double next = at_breakpoint ? breakpoint : t_s;
     const double remaining = next - state_.time_s;
-    const double count = std::max(std::ceil(remaining / step_cap_s_ - 1e-9), 1.0);
+    const double count = std::max(std::ceil(remaining / step_cap_.now_s() - 1e-9), 1.0);
     const double h = remaining / count;
     EvaluateInputs(model_.plant, state_.time_s + share * h, share == 1.0, &first_);
     EvaluateInputs(model_.plant, state_.time_s + h, true, &last_);
@@ -69,8 +68,10 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       std::swap(state_, next_);
       if (count <= 1.0) state_.time_s = next;
       ++counters_.steps;
-      step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
+      step_cap_.Hold();
+      stepped_ = true;
       if (count > 1.0 || !at_breakpoint) continue;
+      stepped_ = false;
       EvaluateInputs(model_.plant, state_.time_s, false, &first_);
       if (const ReducedFailure failure =
               CrossRootKink(model_, first_, &evaluation_, &jacobians_, &state_)) {
@@ -84,14 +85,20 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       return {false,
               fmt::format("t = {:.6g} s: {}: {}", state_.time_s, outcome.body, outcome.cause)};
     }
-    step_cap_s_ = 0.5 * h;
+    step_cap_.Fail(h);
   }
   return {};
 }
 
 model::Sample ReducedSimulation::Observe() {
   EvaluateInputs(model_.plant, state_.time_s, false, &first_);
-  SolveAcceleration(model_, state_, first_, &evaluation_, &jacobians_, &acceleration_);
+  // The last stage of a step ends where the sample is, and solves for the acceleration there; at a
+  // break point inputs may differ from its.
+  if (stepped_) {
+    acceleration_ = work_.end_acceleration();
+  } else {
+    SolveAcceleration(model_, state_, first_, &evaluation_, &jacobians_, &acceleration_);
+  }
   projection_.Lift(state_, &lifted_);
   EvaluateForces(model_.plant, lifted_, first_, &plant_work_);
   plant_acceleration_.head<6>() = acceleration_.head<6>();

@@ -29,7 +29,10 @@ class ReducedSimulation {
   ReducedSimulation(const ReducedPlant& model, const ReducedRunSettings& settings);
 
   const ReducedState& state() const { return state_; }
-  ReducedState* mutable_state() { return &state_; }
+  ReducedState* mutable_state() {
+    stepped_ = false;
+    return &state_;
+  }
   model::StepStatus AdvanceTo(double t_s);
   /// Of the lifted state, with the reduced model's own acceleration of the root.
   model::Sample Observe();
@@ -49,7 +52,8 @@ class ReducedSimulation {
   model::PlantWork plant_work_;
   model::PlantInputs first_, last_;
   VectorX acceleration_, plant_acceleration_;
-  double step_cap_s_;
+  model::StepCap step_cap_;
+  bool stepped_{false};  // state_ is where work_'s step ended, and no break point
   model::StepCounters counters_;
 };
 
