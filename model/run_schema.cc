@@ -36,7 +36,7 @@ void DescribeTime(schema::Visitor& v, RunSettings& run) {
       {"tolerance",
        "error-controlled steps of sdirk2, sdirk3 and backward_euler: largest estimated error of "
        "one, in rad, body lengths, and per second; 0: fixed steps"},
-      Quantity::kNumber, Range{0, 0.1, false}, &s.step_tolerance);
+      Quantity::kNumber, Range{0, 1, false}, &s.step_tolerance);
   v.Number({"newton_tolerance",
             "implicit steps: share of the step's own estimated error that the iteration may leave"},
            Quantity::kNumber, kTolerance, &s.newton_tolerance);
