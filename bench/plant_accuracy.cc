@@ -101,6 +101,10 @@ RunSettings SettingsOf(const std::string& text, RunSettings settings) {
     const double value = std::stod(word.substr(at + 1));
     if (key == "step") {
       settings.step_s = value;
+    } else if (key == "tolerance") {
+      settings.stepper.step_tolerance = value;
+    } else if (key == "output") {
+      settings.output_interval_s = value;
     } else if (key == "newton") {
       settings.stepper.newton_tolerance = value;
     } else if (key == "energy") {

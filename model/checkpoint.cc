@@ -73,7 +73,10 @@ std::string Simulation::Checkpoint() const {
   out.text = Header(plant_, energy_.names().size());
   PlantState state = state_;
   Walk(&state, [&](double& x) { out.Put(x); });
-  out.Put(step_cap_s_);
+  StepCap step_cap = step_cap_;
+  step_cap.Walk([&](double& x) { out.Put(x); });
+  StepControl step_control = step_control_;
+  step_control.Walk([&](double& x) { out.Put(x); });
   for (double w : energy_.work_j()) out.Put(w);
   out.Put(energy_.dissipated_j());
   const StepCounters c = counters();
@@ -106,7 +109,10 @@ void Simulation::Restore(const std::string& checkpoint) {
   Reader in(checkpoint.substr(header.size()));
   PlantState state = state_;
   Walk(&state, [&](double& x) { x = in.Get(); });
-  const double cap = in.Get();
+  StepCap step_cap = step_cap_;
+  step_cap.Walk([&](double& x) { x = in.Get(); });
+  StepControl step_control = step_control_;
+  step_control.Walk([&](double& x) { x = in.Get(); });
   std::vector<double> works(energy_.names().size());
   for (double& w : works) w = in.Get();
   const double dissipated = in.Get();
@@ -136,8 +142,9 @@ void Simulation::Restore(const std::string& checkpoint) {
   stepper_->RestoreMemory(memory);
   const StepCounters fresh = stepper_->counters();
   state_ = state;
-  step_cap_s_ = cap;
   drops_ = drops;
+  step_cap_ = step_cap;
+  step_control_ = step_control;
   energy_.Restore(works, dissipated);
   std::memcpy(&account_, account, sizeof account);
   before_resume_ = c;

@@ -5,7 +5,8 @@
 #include <cstring>
 
 #include "model/newton_matrix.h"
-#include "model/stepper.h"
+#include "model/reel_tensions.h"
+#include "model/sdirk.h"
 
 /// Singly diagonally implicit Runge-Kutta methods in a chart centred at the step's start
 /// (Munthe-Kaas): with g = g_n exp(Theta^) the unknowns (Theta, v) live in a vector space,
@@ -16,50 +17,12 @@
 /// by simplified Newton iterations with a matrix kept over stages and steps while it contracts
 /// well. All methods are stiffly accurate: the last stage is the step.
 ///
-/// A method of p stages has order p and, along a linear problem, the local error C h^(p+1) v^(p+1)
-/// in v (Hairer & Wanner II, IV.3: R(z) - e^z = C z^(p+1) + ...). The divided difference of v_dot
-/// over the step's start and its stages is v^(p+1) / p!. Newton's iteration stops at a share of
-/// that: what it leaves of Theta is 1 / (gamma h) times as large in v, and adds up step by step.
+/// Newton's iteration stops at a share of the step's own error (model/sdirk.h): what it leaves of
+/// Theta is 1 / (gamma h) times as large in v, and adds up step by step. Reeled cables' tensions
+/// are unknowns of their own (model/reel_tensions.h).
 
 namespace mantle::model {
 namespace {
-
-struct Tableau {
-  int stages;
-  double gamma;
-  double error_constant;  // |C| of R(z) - e^z = C z^(p+1) + ..., p = stages the order
-  std::array<double, 3> c;
-  std::array<std::array<double, 3>, 3> a;  // the last row is b
-};
-
-Tableau TableauOf(Integrator kind) {
-  Tableau t{};
-  if (kind == Integrator::kBackwardEuler) {
-    t.stages = 1;
-    t.gamma = 1.0;
-    t.error_constant = 0.5;
-    t.c = {1, 0, 0};
-    t.a[0] = {1, 0, 0};
-  } else if (kind == Integrator::kSdirk2) {
-    const double g = 1.0 - 1.0 / std::sqrt(2.0);
-    t.stages = 2;
-    t.gamma = g;
-    t.error_constant = std::abs(1.0 / 6.0 - g + g * g);
-    t.c = {g, 1, 0};
-    t.a[0] = {g, 0, 0};
-    t.a[1] = {1.0 - g, g, 0};
-  } else {  // root of g^3 - 3 g^2 + 3/2 g - 1/6
-    const double g = 0.43586652150845899942;
-    t.stages = 3;
-    t.gamma = g;
-    t.error_constant = std::abs(1.0 / 24.0 - 0.5 * g + 1.5 * g * g - g * g * g);
-    t.c = {g, 0.5 * (1.0 + g), 1};
-    t.a[0] = {g, 0, 0};
-    t.a[1] = {0.5 * (1.0 - g), g, 0};
-    t.a[2] = {-1.5 * g * g + 4.0 * g - 0.25, 1.5 * g * g - 5.0 * g + 1.25, g};
-  }
-  return t;
-}
 
 // A matrix that contracts worse than kPoorContraction is made anew within the stage, one that
 // contracts worse than kRefreshContraction before the next; the step is given up when even a matrix
@@ -85,20 +48,20 @@ constexpr double kRoundOff = 1e-14;
 constexpr double kStall = 1e-12;
 // Steps whose sizes differ by less share a matrix.
 constexpr double kSameStep = 1e-9;
-
 class ImplicitStepper final : public Stepper {
  public:
   ImplicitStepper(const Plant& plant, const StepperSettings& settings)
       : plant_(plant),
         settings_(settings),
-        tableau_(TableauOf(settings.integrator)),
+        tableau_(SdirkOf(settings.integrator)),
         matrix_(plant),
         work_(plant),
+        reels_(plant),
         stage_(InitialState(plant)),
         matrix_state_(stage_) {
     const int n = plant.velocity_size();
     for (VectorX* v : {&theta_, &theta_known_, &theta_rate_, &velocity_known_, &acceleration_,
-                       &residual_, &guess_, &earlier_, &error_}) {
+                       &residual_, &guess_, &earlier_, &error_, &start_}) {
       v->setZero(n);
     }
     for (int i = 0; i < tableau_.stages; ++i) {
@@ -109,25 +72,39 @@ class ImplicitStepper final : public Stepper {
   }
 
   StepStatus Step(double h, PlantState* state, EnergyAccount* energy) override {
+    if (settings_.step_tolerance > 0.0 && !FindStart(*state)) return {false, reason_};
     if (!Attempt(h, *state, energy)) {
       matrix_valid_ = false;
+      reels_.Forget();
       ++counters_.rejected;
       return {false, reason_};
     }
     EstimateError(h);
+    const double ratio = ErrorRatio(h, state->velocity);
+    if (ratio > 1.0) {
+      ++counters_.rejected;
+      return {false,
+              fmt::format("a step of {:.3g} s has an estimated error of {:.3g}, bound "
+                          "time.tolerance = {:.3g}",
+                          h, ratio * settings_.step_tolerance, settings_.step_tolerance),
+              ratio};
+    }
+    if (energy != nullptr) energy->Commit();
     for (Pose& p : stage_.pose) p.rotation.normalize();  // round-off of products, once a step
     std::swap(state->pose, stage_.pose);
     std::swap(state->shape, stage_.shape);
     state->velocity.swap(stage_.velocity);
     state->time_s += h;
+    reels_.Accept();
     // The last two stages, this step's end last, are what the next step starts from.
     earlier_ = tableau_.stages > 1 ? accelerations_[tableau_.stages - 2] : guess_;
     earlier_s_ = tableau_.stages > 1 ? h * (1.0 - tableau_.c[tableau_.stages - 2]) : h;
     known_ = tableau_.stages > 1 || smooth_ ? 2 : 1;
     smooth_ = !settings_.input_hook;
     guess_ = accelerations_[tableau_.stages - 1];
+    start_ = guess_;
     ++counters_.steps;
-    return {};
+    return {true, {}, ratio};
   }
 
   const VectorX& acceleration() const override { return guess_; }
@@ -136,6 +113,7 @@ class ImplicitStepper final : public Stepper {
 
   void Restart() override {
     matrix_valid_ = false;
+    reels_.Forget();
     guess_.setZero();
     smooth_ = false;
     known_ = 0;
@@ -144,71 +122,29 @@ class ImplicitStepper final : public Stepper {
   void CrossBreakpoint() override { smooth_ = false; }
 
   std::string SaveMemory() const override {
-    // The matrix is a function of the state it was made at, which is small: save that.
     std::string out;
-    const auto put = [&](double x) {
+    const_cast<ImplicitStepper*>(this)->WalkMemory([&](double x) {
       std::uint64_t bits;
       std::memcpy(&bits, &x, sizeof bits);
       out += fmt::format("{:016x} ", bits);
-    };
-    put(matrix_valid_ ? 1.0 : 0.0);
-    put(matrix_s_);
-    put(contraction_);
-    put(matrix_state_.time_s);
-    put(matrix_from_left_ ? 1.0 : 0.0);
-    for (const Pose& p : matrix_state_.pose) {
-      for (int k = 0; k < 4; ++k) put(p.rotation.coeffs()(k));
-      for (int k = 0; k < 3; ++k) put(p.position(k));
-    }
-    for (const Vector3& q : matrix_state_.shape) {
-      for (int k = 0; k < 3; ++k) put(q(k));
-    }
-    for (double v : matrix_state_.velocity) put(v);
-    for (double v : guess_) put(v);
-    for (double v : earlier_) put(v);
-    for (double x : {earlier_s_, static_cast<double>(known_), smooth_ ? 1.0 : 0.0, error_rate_.root,
-                     error_rate_.all}) {
-      put(x);
-    }
+    });
     return out;
   }
 
   void RestoreMemory(const std::string& memory) override {
     std::size_t at = 0;
-    const auto get = [&] {
+    WalkMemory([&](double& x) {
       if (at + 16 > memory.size()) throw BadRobot("checkpoint: stepper memory is too short");
       const std::uint64_t bits = std::stoull(memory.substr(at, 16), nullptr, 16);
       at += 17;
-      double x;
       std::memcpy(&x, &bits, sizeof x);
-      return x;
-    };
-    const bool valid = get() != 0.0;
-    const double s = get();
-    contraction_ = get();
-    matrix_state_.time_s = get();
-    matrix_from_left_ = get() != 0.0;
-    for (Pose& p : matrix_state_.pose) {
-      for (int k = 0; k < 4; ++k) p.rotation.coeffs()(k) = get();
-      for (int k = 0; k < 3; ++k) p.position(k) = get();
-    }
-    for (Vector3& q : matrix_state_.shape) {
-      for (int k = 0; k < 3; ++k) q(k) = get();
-    }
-    for (double& v : matrix_state_.velocity) v = get();
-    for (double& v : guess_) v = get();
-    for (double& v : earlier_) v = get();
-    earlier_s_ = get();
-    known_ = static_cast<int>(get());
-    smooth_ = get() != 0.0;
-    error_rate_.root = get();
-    error_rate_.all = get();
-    matrix_valid_ = false;
-    if (!valid) return;
+    });
+    start_ = guess_;
+    if (!matrix_valid_) return;
     Inputs(matrix_state_.time_s, matrix_from_left_);
-    EvaluateForces(plant_, matrix_state_, inputs_, &work_);
-    matrix_valid_ = matrix_.Factor(plant_, matrix_state_, inputs_, work_, s, 0.5);
-    matrix_s_ = s;
+    EvaluateForces(plant_, matrix_state_, reels_.GivenOfMatrix(inputs_), &work_);
+    matrix_valid_ =
+        matrix_.Factor(plant_, matrix_state_, reels_.ForMatrixAgain(), work_, matrix_s_, 0.5);
   }
 
  private:
@@ -218,6 +154,38 @@ class ImplicitStepper final : public Stepper {
   struct Size {
     double root{0}, all{0};
   };
+
+  // Every number a restart needs, to save it or to restore it. The matrix is a function of the
+  // state it was made at, which is small.
+  template <typename Number>
+  void WalkMemory(Number number) {
+    const auto flag = [&](bool* b) {
+      double x = *b ? 1.0 : 0.0;
+      number(x);
+      *b = x != 0.0;
+    };
+    flag(&matrix_valid_);
+    flag(&matrix_from_left_);
+    flag(&smooth_);
+    double known = known_;
+    number(known);
+    known_ = static_cast<int>(known);
+    for (double* x : {&matrix_s_, &contraction_, &matrix_state_.time_s, &earlier_s_,
+                      &error_rate_.root, &error_rate_.all}) {
+      number(*x);
+    }
+    for (Pose& p : matrix_state_.pose) {
+      for (int k = 0; k < 4; ++k) number(p.rotation.coeffs()(k));
+      for (int k = 0; k < 3; ++k) number(p.position(k));
+    }
+    for (Vector3& q : matrix_state_.shape) {
+      for (int k = 0; k < 3; ++k) number(q(k));
+    }
+    for (VectorX* v : {&matrix_state_.velocity, &guess_, &earlier_}) {
+      for (double& x : *v) number(x);
+    }
+    reels_.Walk(number);
+  }
 
   void Inputs(double t, bool from_left) {
     EvaluateInputs(plant_, t, from_left, &inputs_);
@@ -240,26 +208,47 @@ class ImplicitStepper final : public Stepper {
     return {std::max(out.root, floor), std::max(out.all, floor)};
   }
 
-  // Local error of v. Across a break point there is no such derivative: the last estimate stays.
+  // Error-controlled steps need the acceleration at their start also where it is not the last
+  // step's.
+  bool FindStart(const PlantState& state) {
+    if (smooth_) return true;
+    Inputs(state.time_s, false);
+    ++counters_.evaluations;
+    if (const EvaluationFailure failure = EvaluateForces(plant_, state, inputs_, &work_)) {
+      reason_ = failure.Message();
+      return false;
+    }
+    SolveAcceleration(plant_, inputs_, work_, &start_);
+    return true;
+  }
+
+  // Local error of v in error_. Across a break point there is no derivative to take it from: what
+  // Newton's iteration goes by stays.
   void EstimateError(double h) {
+    if (!smooth_ && settings_.step_tolerance == 0.0) return;
+    error_ = (h * tableau_.error[0]) * start_;
+    for (int i = 0; i < tableau_.stages; ++i)
+      error_ += (h * tableau_.error[i + 1]) * accelerations_[i];
     if (!smooth_) return;
-    const int p = tableau_.stages;
-    double scale = tableau_.error_constant * h;
-    for (int k = 2; k <= p; ++k) scale *= k;
-    const auto weight = [&](int i) {  // of the divided difference over 0, c_1 ... c_p
-      const double at = i < 0 ? 0.0 : tableau_.c[i];
-      double product = i < 0 ? 1.0 : at;
-      for (int k = 0; k < p; ++k) {
-        if (k != i) product *= at - tableau_.c[k];
-      }
-      return scale / product;
-    };
-    error_ = weight(-1) * guess_;
-    for (int i = 0; i < p; ++i) error_ += weight(i) * accelerations_[i];
-    const double power = std::pow(h, p + 1);
+    const double power = std::pow(h, tableau_.stages + 1);
     error_rate_ = Measure(error_);
     error_rate_.root /= power;
     error_rate_.all /= power;
+  }
+
+  // Of the step's error to step_tolerance. What is faster than the step is damped by the method,
+  // and in the estimate by A^-1 s^2 M (Hairer & Wanner II, IV.8).
+  double ErrorRatio(double h, const VectorX& start_velocity) {
+    if (settings_.step_tolerance == 0.0) return 0.0;
+    const double s = 1.0 / (tableau_.gamma * h);
+    ApplyMass(plant_, work_, error_, &residual_);
+    residual_ *= s * s;
+    if (!plant_.root_free()) residual_.head<6>().setZero();
+    matrix_.Solve(plant_, &residual_);
+    theta_known_ = (h * tableau_.error[0]) * start_velocity;
+    for (int i = 0; i < tableau_.stages; ++i)
+      theta_known_ += (h * tableau_.error[i + 1]) * theta_rates_[i];
+    return std::max(Measure(residual_).all, Measure(theta_known_).all) / settings_.step_tolerance;
   }
 
   Size Measure(const VectorX& x) const {
@@ -322,7 +311,6 @@ class ImplicitStepper final : public Stepper {
         energy->Accumulate(h * tableau_.a[tableau_.stages - 1][i]);
       }
     }
-    if (energy != nullptr) energy->Commit();
     return true;
   }
 
@@ -375,34 +363,26 @@ class ImplicitStepper final : public Stepper {
   bool SolveStage(const PlantState& start, double t, bool from_left, double s) {
     const Size tolerance = Tolerance(1.0 / (s * tableau_.gamma));
     double previous = 0;
-    bool fresh = false;
-    for (int k = 0; k <= settings_.newton_max_iterations; ++k) {
+    bool fresh = false, verified = false;
+    int since = 0;  // iterations since the set of taut cables changed
+    reels_.Begin(inputs_);
+    for (int k = 0; k <= settings_.newton_max_iterations; ++k, ++since) {
       Unpack(start, t, s);
-      ++counters_.evaluations;
-      if (const EvaluationFailure failure = EvaluateForces(plant_, stage_, inputs_, &work_)) {
-        reason_ = failure.Message();
-        return false;
+      if (!Evaluate()) return false;
+      if (reels_.Switch(work_)) {
+        matrix_valid_ = false;
+        since = 0;
+        if (!Evaluate()) return false;
       }
       if (!matrix_valid_ || std::abs(matrix_s_ / s - 1.0) > kSameStep) {
-        matrix_state_.pose = stage_.pose;
-        matrix_state_.shape = stage_.shape;
-        matrix_state_.velocity = stage_.velocity;
-        matrix_state_.time_s = t;
-        matrix_from_left_ = from_left;
-        matrix_s_ = s;
-        ++counters_.factorisations;
-        if (!matrix_.Factor(plant_, stage_, inputs_, work_, s, 0.5)) {
-          reason_ = "iteration matrix is singular";
-          matrix_valid_ = false;
-          return false;
-        }
-        matrix_valid_ = fresh = true;
+        if (!Factor(t, from_left, s)) return false;
+        fresh = true;
       }
       ApplyMass(plant_, work_, acceleration_, &residual_);
       residual_ -= work_.force;
       if (!plant_.root_free()) residual_.head<6>().setZero();
-      if (residual_.isZero(0.0)) return true;
-      matrix_.Solve(plant_, &residual_);
+      if (residual_.isZero(0.0) && reels_.residual_vanishes()) return true;
+      matrix_.Solve(plant_, &residual_, reels_.residual());
       const Size sizes = Correct();
       const double size = sizes.all;
       ++counters_.newton_iterations;
@@ -411,20 +391,26 @@ class ImplicitStepper final : public Stepper {
         return false;
       }
       const double contraction =
-          k > 0 ? size / previous : std::max(contraction_, kAssumedContraction);
+          since > 0 ? size / previous : std::max(contraction_, kAssumedContraction);
       // What this correction leaves: contraction / (1 - contraction) of it.
       const double left = contraction / (1.0 - contraction);
-      if ((contraction < 1.0 && sizes.all * left < tolerance.all &&
-           sizes.root * left < tolerance.root) ||
-          (k > 0 && size < kStall && contraction > kFailContraction)) {
-        Unpack(start, t, s);
-        if (k > 0) contraction_ = contraction;
-        if (k > 0 && contraction > kRefreshContraction) matrix_valid_ = false;
-        return true;
+      const bool stalled = since > 0 && size < kStall && contraction > kFailContraction;
+      bool done = contraction < 1.0 && sizes.all * left < tolerance.all &&
+                  sizes.root * left < tolerance.root;
+      done = reels_.Correct(left) && done;
+      if (done || stalled) {
+        if (verified || !reels_.MaySwitch(work_, s, size * plant_.body_length_m)) {
+          Unpack(start, t, s);
+          if (since > 0) contraction_ = contraction;
+          if (since > 0 && contraction > kRefreshContraction) matrix_valid_ = false;
+          return true;
+        }
+        verified = true;
       }
-      if (k > 0 && contraction > kPoorContraction && !fresh) {
+      if (since > 0 && contraction > kPoorContraction && !fresh) {
         matrix_valid_ = false;
-      } else if (k > 1 && fresh && contraction > kFailContraction && size > 1e3 * tolerance.all) {
+      } else if (since > 1 && fresh && contraction > kFailContraction &&
+                 size > 1e3 * tolerance.all) {
         reason_ = fmt::format(
             "Newton iteration does not converge at t = {:.6g} s, h = {:.3g} s (contraction {:.2g}, "
             "last increment {:.2g})",
@@ -438,17 +424,41 @@ class ImplicitStepper final : public Stepper {
     return false;
   }
 
+  // Forces at stage_ under the tensions as they are taken.
+  bool Evaluate() {
+    ++counters_.evaluations;
+    const EvaluationFailure failure = EvaluateForces(plant_, stage_, reels_.Given(), &work_);
+    if (failure) reason_ = failure.Message();
+    return !failure;
+  }
+
+  bool Factor(double t, bool from_left, double s) {
+    matrix_state_.pose = stage_.pose;
+    matrix_state_.shape = stage_.shape;
+    matrix_state_.velocity = stage_.velocity;
+    matrix_state_.time_s = t;
+    matrix_from_left_ = from_left;
+    matrix_s_ = s;
+    ++counters_.factorisations;
+    matrix_valid_ = matrix_.Factor(plant_, stage_, reels_.ForMatrix(), work_, s, 0.5);
+    if (!matrix_valid_) reason_ = "iteration matrix is singular";
+    reels_.TakeWeights(plant_, matrix_);
+    return matrix_valid_;
+  }
+
   const Plant& plant_;
   StepperSettings settings_;
-  Tableau tableau_;
+  Sdirk tableau_;
   NewtonMatrix matrix_;
   PlantWork work_;
   PlantInputs inputs_;
+  ReelTensions reels_;
   PlantState stage_, matrix_state_;
   VectorX theta_, theta_known_, theta_rate_, velocity_known_, acceleration_, residual_;
   // v_dot at the end of the last step and earlier_s_ before it, as far as they are known (known_ of
   // them), and whether the next step continues them.
   VectorX guess_, earlier_, error_;
+  VectorX start_;  // v_dot where the step starts, from the right
   double earlier_s_{0};
   int known_{0};
   bool smooth_{false};

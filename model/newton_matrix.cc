@@ -192,7 +192,7 @@ bool NewtonMatrix::FactorAbout(const Plant& plant, const PlantState& state,
   return root_inverse_.allFinite();
 }
 
-void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
+void NewtonMatrix::Solve(const Plant& plant, VectorX* x, VectorX* tensions) {
   const bool root_free = plant.root_free();
   const bool coupled = plant.exact() && root_free;
   Vector6 root = x->head<6>();
@@ -213,6 +213,9 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
       part.chain.Substitute(1, part.rhs);  // y, with x0 = 0
       b.reduced.noalias() = b.row.transpose() * part.rhs;
       b.reduced = -b.reduced;
+      if (tensions != nullptr) {
+        b.reduced += tensions->segment(plant.ArmCableIndex(a, 0), b.reduced.size());
+      }
       b.u.noalias() = b.schur_inverse * b.reduced;
       base.noalias() -= b.q * b.u;
     }
@@ -228,6 +231,10 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
     shell_.chain.Substitute(0, shell_.rhs);
     b.reduced.noalias() = b.row.transpose() * shell_.rhs;
     b.reduced = -b.reduced;
+    const auto spokes = b.reduced.size() - kShellLoadBorders;
+    if (tensions != nullptr && spokes > 0) {
+      b.reduced.tail(spokes) += tensions->segment(plant.SpokeIndex(0), spokes);
+    }
     b.u.noalias() = b.schur_inverse * b.reduced;
     root(5) -= shell_.coupling.dot(shell_.rhs) + b.q.row(0).dot(b.u);
   }
@@ -248,6 +255,7 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
       b.u.noalias() = b.schur_inverse * b.reduced;
       part.rhs.noalias() -= b.solved * b.u;
       part.rhs.noalias() += part.response * x0;
+      if (tensions != nullptr) tensions->segment(plant.ArmCableIndex(a, 0), b.u.size()) = b.u;
     } else {
       part.rhs.head<6>() = x0;
       part.chain.Substitute(1, part.rhs);
@@ -260,8 +268,23 @@ void NewtonMatrix::Solve(const Plant& plant, VectorX* x) {
     b.u.noalias() = b.schur_inverse * b.reduced;
     shell_.rhs.noalias() -= b.solved * b.u;
     shell_.rhs.noalias() -= shell_.response * root_x(5);
+    const auto spokes = b.u.size() - kShellLoadBorders;
+    if (tensions != nullptr && spokes > 0) {
+      tensions->segment(plant.SpokeIndex(0), spokes) = b.u.tail(spokes);
+    }
     x->tail(shell_.rhs.size()) = shell_.rhs;
   }
+}
+
+double NewtonMatrix::TensionShare(const Plant& plant, int cable) const {
+  const auto of = [](const Border& b, int k) {
+    return b.active > 0 ? std::abs(b.schur_inverse(k, k)) : 1.0;
+  };
+  for (int a = static_cast<int>(arms_.size()) - 1; a >= 0; --a) {
+    const int k = cable - plant.ArmCableIndex(a, 0);
+    if (k >= 0 && k < static_cast<int>(arms_[a].cables.size())) return of(arms_[a].border, k);
+  }
+  return of(shell_.border, kShellLoadBorders + cable - plant.SpokeIndex(0));
 }
 
 int NewtonMatrix::NegativeEigenvalues() const {

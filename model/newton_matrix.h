@@ -42,7 +42,14 @@ class NewtonMatrix {
                     const PlantWork& work, double s);
 
   /// x = A^-1 x, laid out as v. Rows of held coordinates and of a root that is not free give zero.
-  void Solve(const Plant& plant, VectorX* x);
+  void Solve(const Plant& plant, VectorX* x) { Solve(plant, x, nullptr); }
+  /// The same where the tensions of reeled cables are unknowns of their own (after Factor):
+  ///   A x - (df/du) du = r,   du - (k + s d) (dl/dzeta) x = rho
+  /// with rho in `tensions` (laid out as the inputs' cables), which receives du.
+  void Solve(const Plant& plant, VectorX* x, VectorX* tensions);
+  /// After Factor, of a taut reeled cable (index as in the inputs): what is left of a tension's
+  /// residual once the robot has yielded to it, 1 / (1 + (k + s d) dl/du).
+  double TensionShare(const Plant& plant, int cable) const;
 
   /// Of the last Solve() after FactorAtRest with a held root: the increments of the arms' elements,
   /// d <- d + delta, 6 each, arm after arm. They are accurate where differences of nodes are not.

@@ -21,8 +21,8 @@ constexpr double kMostSteps = 1e12;
 
 void DescribeTime(schema::Visitor& v, RunSettings& run) {
   v.Number(Required({"duration"}), Quantity::kTime, Range{kTimeStep.low, 1e9}, &run.duration_s);
-  v.Number({"step", "of the fixed-step integrators; the longest of cvode"}, Quantity::kTime,
-           kTimeStep, &run.step_s);
+  v.Number({"step", "of fixed steps; the longest of error-controlled ones and of cvode"},
+           Quantity::kTime, kTimeStep, &run.step_s);
   v.Demand(run.duration_s <= kMostSteps * run.step_s, "step",
            fmt::format("{:.3g} steps in `duration`, {} s: must be at most {:.0e}",
                        run.duration_s / run.step_s, run.duration_s, kMostSteps));
@@ -40,6 +40,11 @@ void DescribeTime(schema::Visitor& v, RunSettings& run) {
        {"rk4", Integrator::kRk4},
        {"cvode", Integrator::kCvode}},
       &s.integrator);
+  v.Number(
+      {"tolerance",
+       "error-controlled steps of sdirk2, sdirk3 and backward_euler: largest estimated error of "
+       "one, in rad, body lengths, and per second; 0: fixed steps"},
+      Quantity::kNumber, Range{0, 1, false}, &s.step_tolerance);
   v.Number({"newton_tolerance",
             "implicit steps: share of the step's own estimated error that the iteration may leave"},
            Quantity::kNumber, kTolerance, &s.newton_tolerance);

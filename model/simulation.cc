@@ -13,7 +13,6 @@ namespace mantle::model {
 namespace {
 
 constexpr double kSameTime_s = 1e-12;
-constexpr double kRecovery = 2.0;  // growth of a reduced step per success
 // Powers below this share of the run's largest are round-off of the stresses: a balance is not
 // relative to them.
 constexpr double kNegligiblePower = 1e-6;
@@ -24,6 +23,22 @@ constexpr double kLargeImbalance = 1e-8;
 
 // Energies below this are round-off of a robot at rest; a drift relative to them says nothing.
 constexpr double kNegligibleEnergy_j = 1e-18;
+
+void RefuseTolerance(const StepperSettings& s) {
+  if (s.step_tolerance == 0.0) return;
+  if (s.integrator == Integrator::kCvode) {
+    throw BadRobot(
+        "time.tolerance: cvode has time.relative_tolerance and time.absolute_tolerance instead");
+  }
+  if (s.integrator == Integrator::kRk4) {
+    throw BadRobot(
+        "time.tolerance: rk4's steps are bound by stability and are not error-controlled; use an "
+        "implicit integrator");
+  }
+  if (s.input_hook) {
+    throw BadRobot("time.tolerance: steps of a closed loop are its own; leave the tolerance at 0");
+  }
+}
 
 }  // namespace
 
@@ -54,7 +69,9 @@ Simulation::Simulation(const Plant& plant, const RunSettings& settings)
       work_(plant),
       acceleration_(VectorX::Zero(plant.velocity_size())),
       gradient_(plant.shape_count(), Vector3::Zero()),
-      step_cap_s_(settings.step_s) {
+      step_cap_(settings.step_s),
+      step_control_(settings.step_s, OrderOf(settings.stepper.integrator)) {
+  RefuseTolerance(settings.stepper);
   if (settings.stepper.integrator == Integrator::kRk4) {
     const double limit = ExplicitStepLimit(plant);
     if (settings.step_s > limit) {
@@ -108,7 +125,10 @@ StepStatus Simulation::TakeStep(double limit_s) {
   StepStatus status;
   for (;;) {
     const double remaining = next - state_.time_s;
-    const double count = adaptive ? 1.0 : std::ceil(remaining / step_cap_s_ - 1e-9);
+    const double longest = settings_.stepper.step_tolerance > 0.0
+                               ? std::min(step_cap_.now_s(), step_control_.now_s())
+                               : step_cap_.now_s();
+    const double count = adaptive ? 1.0 : std::ceil(remaining / longest - 1e-9);
     const double h = remaining / std::max(count, 1.0);
     status = stepper_->Step(h, &state_, settings_.account_energy ? &energy_ : nullptr);
     if (status.ok) {
@@ -116,7 +136,8 @@ StepStatus Simulation::TakeStep(double limit_s) {
         state_.time_s = next;
         if (at_breakpoint) stepper_->CrossBreakpoint();
       }
-      step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
+      step_cap_.Hold();
+      step_control_.Accept(h, status.error_ratio);
       if (settings_.account_energy) AccountStep(h);
       if (count <= 1.0 && at_breakpoint) {
         DropPayloads();
@@ -128,7 +149,11 @@ StepStatus Simulation::TakeStep(double limit_s) {
       status.reason = fmt::format("t = {:.6g} s: {}", state_.time_s, status.reason);
       return status;
     }
-    step_cap_s_ = 0.5 * h;
+    if (status.error_ratio > 1.0) {
+      step_control_.Refuse(h, status.error_ratio);
+    } else {
+      step_cap_.Fail(h);
+    }
   }
 }
 

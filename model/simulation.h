@@ -9,6 +9,8 @@
 #include "model/energy.h"
 #include "model/plant.h"
 #include "model/start_state.h"
+#include "model/step_cap.h"
+#include "model/step_control.h"
 #include "model/stepper.h"
 
 namespace mantle::model {
@@ -29,7 +31,7 @@ std::vector<PayloadDrop> DropsAt(const Plant& plant, const PlantState& state);
 
 struct RunSettings {
   double duration_s{1};
-  double step_s{0.01};      ///< of the fixed-step integrators; CVODE's longest step
+  double step_s{0.01};      ///< of fixed steps; the longest of error-controlled ones
   double min_step_s{1e-6};  ///< retries stop there
   double output_interval_s{0.01};
   StepperSettings stepper;
@@ -149,7 +151,8 @@ class Simulation {
   mutable std::vector<Vector3> gradient_;
   StepCounters before_resume_;
   std::vector<PayloadDrop> drops_;
-  double step_cap_s_{0};  ///< shrinks where steps fail, recovers
+  StepCap step_cap_;
+  StepControl step_control_;
   // What the run has accumulated; all of it in a checkpoint.
   struct Account {
     double initial_energy_j{0}, peak_energy_j{0};

@@ -26,7 +26,10 @@ struct StepperSettings {
   Integrator integrator{Integrator::kSdirk2};
   /// Implicit steps: share of the step's own error that Newton's iteration may leave.
   double newton_tolerance{0.05};
-  int newton_max_iterations{12};    ///< of one stage
+  int newton_max_iterations{12};  ///< of one stage
+  /// Implicit steps: largest estimated error of one, in rad, body lengths, and per second; a step
+  /// beyond is refused. 0: not estimated, every step is taken.
+  double step_tolerance{0};
   double relative_tolerance{1e-6};  ///< CVODE
   double absolute_tolerance{1e-8};  ///< CVODE, in rad, body lengths, and per second
   InputHook input_hook;             ///< may be empty
@@ -42,6 +45,7 @@ struct StepCounters {
 struct StepStatus {
   bool ok{true};
   std::string reason;
+  double error_ratio{0};  ///< estimated error over step_tolerance; 0 where it is not estimated
 };
 
 /// Time integration of q_dot = B(q) v, M v_dot = f(q, v, t) behind one seam. A step never crosses a
@@ -68,6 +72,9 @@ class Stepper {
   /// The next step starts at a break point: loads may jump or have a kink there.
   virtual void CrossBreakpoint() {}
 };
+
+/// p of an error h^p of a run of fixed steps; CVODE's varies, 0.
+int OrderOf(Integrator integrator);
 
 std::unique_ptr<Stepper> MakeStepper(const Plant& plant, const StepperSettings& settings);
 

@@ -101,7 +101,8 @@ void StepSolver::Remember(StepStages* stages) const {
 }
 
 void StepSolver::Finish(ReducedState* to) const {
-  const StepWork::Stage& s = work_.stages_[scheme_.stages - 1];
+  work_.end_ = scheme_.stages - 1;
+  const StepWork::Stage& s = work_.stages_[work_.end_];
   to->time_s = from_.time_s + h_;
   to->root = s.state.root;
   to->root.rotation.normalize();

@@ -62,6 +62,9 @@ class StepWork {
  public:
   explicit StepWork(const ReducedModel& model);
 
+  /// Acceleration v_dot at the end of the last step that succeeded, to the step's tolerance.
+  const VectorX& end_acceleration() const { return stages_[end_].acceleration; }
+
  private:
   friend class StepSolver;
   struct Stage {
@@ -71,6 +74,7 @@ class StepWork {
     Panel y_by, rate_by, root;  ///< d(y, y_rate, v of the root)/d(zeta_0, q_0, v_0, u, h)
   };
   std::array<Stage, 2> stages_;
+  int end_{0};  // the stage that ended the last step
   ReducedWork evaluation_;
   ReducedJacobians jacobians_;
   Eigen::MatrixXd matrix_, weighted_, left_;

@@ -2,10 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/LU>
 
 #include "model/start_state.h"
 
@@ -13,10 +12,9 @@ namespace mantle::reduced {
 namespace {
 
 constexpr double kSameTime_s = 1e-12;
-constexpr double kRecovery = 2.0;  // growth of a reduced step per success
-constexpr int kSettling = 60;        // Newton's iterations to the model's own equilibrium
-constexpr double kSettled = 1e-12;   // relative change of the coordinates
-constexpr double kMoving = 1e-12;  // velocity relative to a rigid robot's: above round-off
+constexpr int kSettling = 60;       // Newton's iterations to the model's own equilibrium
+constexpr double kSettled = 1e-12;  // relative change of the coordinates
+constexpr double kMoving = 1e-12;   // velocity relative to a rigid robot's: above round-off
 
 }  // namespace
 
@@ -45,7 +43,7 @@ ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRun
       plant_work_(model.plant),
       acceleration_(VectorX::Zero(model.velocity_count())),
       plant_acceleration_(VectorX::Zero(model.plant.velocity_size())),
-      step_cap_s_(settings.step_s) {
+      step_cap_(settings.step_s) {
   const model::PlantState start = model::StartState(model.plant, settings.statics);
   projection_.Lift(state_, &lifted_);
   double moved = (start.velocity - lifted_.velocity).cwiseAbs().maxCoeff();
@@ -107,7 +105,7 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
     const bool at_breakpoint = breakpoint <= t_s + kSameTime_s;
     const double next = at_breakpoint ? breakpoint : t_s;
     const double remaining = next - state_.time_s;
-    const double count = std::max(std::ceil(remaining / step_cap_s_ - 1e-9), 1.0);
+    const double count = std::max(std::ceil(remaining / step_cap_.now_s() - 1e-9), 1.0);
     const double h = remaining / count;
     EvaluateInputs(model_.plant, state_.time_s + share * h, share == 1.0, &first_);
     EvaluateInputs(model_.plant, state_.time_s + h, true, &last_);
@@ -118,10 +116,12 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       std::swap(state_, next_);
       if (count <= 1.0) state_.time_s = next;
       ++counters_.steps;
-      step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
+      step_cap_.Hold();
+      stepped_ = true;
       if (count > 1.0 || !at_breakpoint) continue;
       projection_.Lift(state_, &lifted_);
       for (const model::PayloadDrop& drop : DropsAt(model_.plant, lifted_)) drops_.push_back(drop);
+      stepped_ = false;
       EvaluateInputs(model_.plant, state_.time_s, false, &first_);
       if (const ReducedFailure failure =
               CrossRootKink(model_, first_, &evaluation_, &jacobians_, &state_)) {
@@ -135,14 +135,20 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       return {false,
               fmt::format("t = {:.6g} s: {}: {}", state_.time_s, outcome.body, outcome.cause)};
     }
-    step_cap_s_ = 0.5 * h;
+    step_cap_.Fail(h);
   }
   return {};
 }
 
 model::Sample ReducedSimulation::Observe() {
   EvaluateInputs(model_.plant, state_.time_s, false, &first_);
-  SolveAcceleration(model_, state_, first_, &evaluation_, &jacobians_, &acceleration_);
+  // The last stage of a step ends where the sample is, and solves for the acceleration there; at a
+  // break point inputs may differ from its.
+  if (stepped_) {
+    acceleration_ = work_.end_acceleration();
+  } else {
+    SolveAcceleration(model_, state_, first_, &evaluation_, &jacobians_, &acceleration_);
+  }
   projection_.Lift(state_, &lifted_);
   EvaluateForces(model_.plant, lifted_, first_, &plant_work_);
   plant_acceleration_.head<6>() = acceleration_.head<6>();

@@ -33,7 +33,10 @@ class ReducedSimulation {
   const ReducedState& state() const { return state_; }
   /// The plant's state that the last Observe lifted state() to.
   const model::PlantState& lifted() const { return lifted_; }
-  ReducedState* mutable_state() { return &state_; }
+  ReducedState* mutable_state() {
+    stepped_ = false;
+    return &state_;
+  }
   model::StepStatus AdvanceTo(double t_s);
   /// Of the lifted state, with the reduced model's own acceleration of the root.
   model::Sample Observe();
@@ -56,7 +59,8 @@ class ReducedSimulation {
   model::PlantInputs first_, last_;
   VectorX acceleration_, plant_acceleration_;
   std::vector<model::PayloadDrop> drops_;
-  double step_cap_s_;
+  model::StepCap step_cap_;
+  bool stepped_{false};  // state_ is where work_'s step ended, and no break point
   model::StepCounters counters_;
 };
 

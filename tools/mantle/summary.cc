@@ -139,6 +139,7 @@ Json SettingsSummary(const Scene& scene, const Plant& plant) {
     j["relative_tolerance"] = s.relative_tolerance;
     j["absolute_tolerance"] = s.absolute_tolerance;
   } else {
+    j["tolerance"] = s.step_tolerance;
     j["newton_tolerance"] = s.newton_tolerance;
     j["newton_iterations"] = s.newton_max_iterations;
   }
