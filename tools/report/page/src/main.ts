@@ -264,7 +264,7 @@ class Report {
     const line = (there: boolean, kind: string, text: string) => {
       if (there) key.append(element("li", {}, [element("span", { class: `sample ${kind}` }), text]));
     };
-    line(this.runs.length === 1, "path", "path of the root");
+    line(this.runs.length === 1 && lines.path, "path", "path of the root");
     line(lines.reference, "reference", "reference");
     line(lines.plan, "plan", "plan ahead");
     line(lines.waypoints, "waypoint", "waypoint, tolerance");

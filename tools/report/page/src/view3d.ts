@@ -327,8 +327,9 @@ export class View3D {
   }
 
   /** Which lines there are besides the paths. */
-  lines(): { reference: boolean; plan: boolean; waypoints: boolean; jet: boolean } {
+  lines(): { path: boolean; reference: boolean; plan: boolean; waypoints: boolean; jet: boolean } {
     return {
+      path: this.actors.some((a) => a.pathAll !== null),
       reference: this.actors.some((a) => a.reference !== null),
       plan: this.actors.some((a) => a.planRoot !== null),
       waypoints: this.waypointGroup.children.length > 0,
