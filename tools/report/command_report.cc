@@ -44,7 +44,7 @@ int Report(const ReportOptions& options) {
   }
   Print("{}: {} run{}, {:.1f} MB; open it in a browser\n", report.file.string(),
         report.labels.size(), report.labels.size() == 1 ? "" : "s",
-        1e-6 * static_cast<double>(report.bytes));
+        static_cast<double>(report.bytes) / 1e6);
   for (const std::string& note : report.notes) Print("  {}\n", note);
   return 0;
 }

@@ -19,7 +19,7 @@ constexpr std::size_t kMostPlans = 2'000;
 // What plots stand over, and shapes are found by, takes single precision.
 constexpr double kTimeError = 1e-9;
 
-double Seconds(std::int64_t utime) { return 1e-6 * static_cast<double>(utime); }
+double Seconds(std::int64_t utime) { return static_cast<double>(utime) / 1e6; }
 
 template <typename Message>
 std::vector<double> Times(const std::vector<Message>& messages) {
