@@ -1,6 +1,7 @@
 /// The page: reads its data, lays out what there is, and moves everything to the time of the player.
 
 import "./style.css";
+import type { Layers } from "./actor";
 import { choosePlots } from "./catalogue";
 import { gradient, runColour } from "./colour";
 import { element, formatNumber } from "./dom";
@@ -10,7 +11,7 @@ import { Player, kSpeeds } from "./player";
 import { PlotCard } from "./plots";
 import { studyCards } from "./study";
 import { DriveTable, figureTables, modesTable } from "./tables";
-import { type Layers, View3D, type ViewName } from "./view3d";
+import { View3D, type ViewName } from "./view3d";
 
 const kKeys: [string, string][] = [
   ["Space", "play or pause"],
