@@ -24,7 +24,7 @@ constexpr const char* kHelp =
 struct ReportOptions {
   std::vector<std::string> folders;
   std::string out;
-  double megabytes{4.5};
+  double megabytes{4.2};
   bool json{false};
 };
 
