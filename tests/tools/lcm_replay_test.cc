@@ -120,10 +120,10 @@ TEST(LcmReplay, WhatAClosedLoopPublishesIsWhatItLogs) {
        "time.duration=1", "--lcm", Url(), "--out", (folder / "out").string()},
       folder / "run.txt");
   constexpr int kRows = 51, kPlans = 20;
-  ReceiveAll(*network, *second_log, 5 * kRows + kPlans);
+  ReceiveAll(*network, *second_log, 6 * kRows + kPlans);
   EXPECT_EQ(run.Wait(), 0);
   second_log->FinishLog();
-  EXPECT_EQ(network->counters().received, static_cast<std::uint64_t>(5 * kRows + kPlans));
+  EXPECT_EQ(network->counters().received, static_cast<std::uint64_t>(6 * kRows + kPlans));
   EXPECT_EQ(ReadFile(again / kTelemetryLogName), ReadFile(folder / "out" / kTelemetryLogName));
 }
 

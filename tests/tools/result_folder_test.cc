@@ -34,9 +34,11 @@ void Put(const fs::path& file, const std::string& text) {
 TEST(ResultFolder, HoldsNothingButTheResultsOfTheLastRun) {
   const auto folder = FreshFolder("folder_replaced");
   ASSERT_EQ(Mantle(folder, kRun + " --out out --checkpoint-every 0.02").status, 0);
-  EXPECT_EQ(FilesIn(folder / "out"), (Names{"summary.json", "trajectory.csv", "checkpoint"}));
+  EXPECT_EQ(FilesIn(folder / "out"),
+            (Names{"summary.json", "telemetry.lcmlog", "trajectory.csv", "checkpoint"}));
   ASSERT_EQ(Mantle(folder, "static " + Scene("elastica") + " --out out/").status, 0);
-  EXPECT_EQ(FilesIn(folder / "out"), (Names{"summary.json", "path.csv", "shape.csv"}));
+  EXPECT_EQ(FilesIn(folder / "out"),
+            (Names{"summary.json", "telemetry.lcmlog", "path.csv", "shape.csv"}));
   EXPECT_EQ(FilesIn(folder), Names{"out"}) << "neither a lock nor a partial folder stays";
 }
 
@@ -47,7 +49,7 @@ TEST(ResultFolder, KeepsWhatIsNotAResult) {
   Put(folder / "out/other/summary.json", "{}\n");
   ASSERT_EQ(Mantle(folder, kRun + " --out out").status, 0);
   EXPECT_EQ(FilesIn(folder / "out"),
-            (Names{"notes.txt", "other", "summary.json", "trajectory.csv"}));
+            (Names{"notes.txt", "other", "summary.json", "telemetry.lcmlog", "trajectory.csv"}));
   EXPECT_EQ(ReadFile(folder / "out/notes.txt"), "mine\n");
   EXPECT_EQ(ReadFile(folder / "out/other/summary.json"), "{}\n");
   EXPECT_EQ(FilesIn(folder), Names{"out"});
@@ -64,11 +66,13 @@ TEST(ResultFolder, MayBeTheCurrentFolderOrALinkToOne) {
   };
   const ino_t before = inode(folder / "here");
   ASSERT_EQ(Mantle(folder / "here", kRun + " --out .").status, 0);
-  EXPECT_EQ(FilesIn(folder / "here"), (Names{"summary.json", "trajectory.csv"}));
+  EXPECT_EQ(FilesIn(folder / "here"),
+            (Names{"summary.json", "telemetry.lcmlog", "trajectory.csv"}));
   EXPECT_EQ(inode(folder / "here"), before) << "who stands in a folder keeps standing in it";
   ASSERT_EQ(Mantle(folder, "static " + Scene("elastica") + " --out link").status, 0);
   EXPECT_TRUE(fs::is_symlink(fs::symlink_status(folder / "link")));
-  EXPECT_EQ(FilesIn(folder / "here"), (Names{"summary.json", "path.csv", "shape.csv"}));
+  EXPECT_EQ(FilesIn(folder / "here"),
+            (Names{"summary.json", "telemetry.lcmlog", "path.csv", "shape.csv"}));
 }
 
 TEST(ResultFolder, IsRefusedWhileAnotherRunHasIt) {
@@ -104,16 +108,16 @@ TEST(ResultFolder, OfAKilledRunIsFreeAndHoldsWhatWasReached) {
   EXPECT_EQ(ReadFile(folder / "out/summary.json"), "{}\n");
   Names left = FilesIn(folder / "out.partial");
   left.erase("checkpoint.new");  // it may be killed while it writes one
-  EXPECT_EQ(left, (Names{"checkpoint", "trajectory.csv"}));
+  EXPECT_EQ(left, (Names{"checkpoint", "telemetry.lcmlog", "trajectory.csv"}));
   // It goes on from there, and what it goes on from is not lost before there is something newer.
   const Outcome resumed =
       Mantle(folder, "run " + Scene("arm_dynamic") +
                          " --set time.duration=1e5 --out out --resume out.partial/checkpoint & "
                          "p=$!; sleep 0.5; kill -KILL $p; wait $p");
   left = FilesIn(folder / "out.partial");
-  EXPECT_EQ(left, (Names{"checkpoint", "trajectory.csv"})) << resumed.err;
+  EXPECT_EQ(left, (Names{"checkpoint", "telemetry.lcmlog", "trajectory.csv"})) << resumed.err;
   ASSERT_EQ(Mantle(folder, kRun + " --out out").status, 0);
-  EXPECT_EQ(FilesIn(folder / "out"), (Names{"summary.json", "trajectory.csv"}));
+  EXPECT_EQ(FilesIn(folder / "out"), (Names{"summary.json", "telemetry.lcmlog", "trajectory.csv"}));
 }
 
 TEST(ResultFolder, IsAsItWasAfterBadInput) {
@@ -172,18 +176,24 @@ TEST(ResultFolder, AFullDiskEndsTheRunWhenItIsFull) {
   // A limit of the size of files stands for the disk's: 200 blocks of 512 or 1024 bytes.
   const auto folder = FreshFolder("folder_full");
   Put(folder / "out/summary.json", "{}\n");
-  const Outcome outcome = Mantle(
-      folder, "--version >version; ulimit -f 200; " + Program() + " run " + Scene("arm_dynamic") +
-                  " --set time.duration=1e5 --set output.interval=0.01 --out out");
-  EXPECT_EQ(outcome.status, 3) << outcome.err;
-  EXPECT_EQ(Lines(outcome.err), 1) << outcome.err;
-  EXPECT_NE(outcome.err.find("trajectory.csv: cannot be written: "), std::string::npos)
-      << outcome.err;
-  EXPECT_EQ(ReadFile(folder / "out/summary.json"), "{}\n");
+  const auto run_out_of_disk = [&](const std::string& options, const std::string& file) {
+    const Outcome outcome = Mantle(
+        folder, "--version >version; ulimit -f 200; " + Program() + " run " + Scene("arm_dynamic") +
+                    " --set time.duration=1e5 --set output.interval=0.01 --out out" + options);
+    EXPECT_EQ(outcome.status, 3) << outcome.err;
+    EXPECT_EQ(Lines(outcome.err), 1) << outcome.err;
+    EXPECT_NE(outcome.err.find(file + ": cannot be written: "), std::string::npos) << outcome.err;
+    EXPECT_EQ(ReadFile(folder / "out/summary.json"), "{}\n");
+    const auto rows = ReadCsv(folder / "out.partial/trajectory.csv");
+    ASSERT_GT(rows.size(), 5U);
+    for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size()) << "whole rows alone";
+  };
+  run_out_of_disk(" --shape-every 0", "trajectory.csv");
   EXPECT_EQ(FilesIn(folder / "out.partial"), Names{"trajectory.csv"}) << "no empty summary";
-  const auto rows = ReadCsv(folder / "out.partial/trajectory.csv");
-  ASSERT_GT(rows.size(), 5U);
-  for (const auto& row : rows) EXPECT_EQ(row.size(), rows[0].size()) << "whole rows alone";
+  run_out_of_disk("", "telemetry.lcmlog");
+  EXPECT_EQ(FilesIn(folder / "out.partial"), (Names{"telemetry.lcmlog", "trajectory.csv"}));
+  const Outcome log = Mantle(folder, "log out.partial/telemetry.lcmlog");
+  EXPECT_EQ(log.status, 0) << "whole messages alone: " << log.err;
 }
 
 }  // namespace

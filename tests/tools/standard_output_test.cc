@@ -23,6 +23,10 @@ std::vector<std::string> Commands() {
                        " --set time.duration=0.02 --model reduced --out small" + json);
     commands.push_back("run " + steer + " --out loop" + json);
     commands.push_back("log loop/telemetry.lcmlog" + json);
+    commands.push_back("export loop --format npz" + json);
+    if (std::filesystem::exists(tests::BinaryPath("report/report.html"))) {
+      commands.push_back("report loop" + json);
+    }
     commands.push_back("static " + Scene("elastica") + " --out static" + json);
     commands.push_back("compare " + Scene("paper") + " --set time.duration=0.02 --out both" + json);
     commands.push_back("study control " + steer + " --controllers gait --out study" + json);

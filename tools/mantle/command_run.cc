@@ -29,7 +29,7 @@ namespace {
 
 constexpr double kSameTime_s = 1e-9;
 constexpr const char* kHelp =
-    "Run a scene in time and write summary.json, trajectory.csv and telemetry.lcmlog "
+    "Run a scene in time; write summary.json, trajectory.csv and telemetry.lcmlog "
     "(docs/outputs.md).\nA scene with a table [control] runs in closed loop, through simulated "
     "drives on a CAN bus\n(docs/control.md).\n\n"
     "  mantle run scenes/paper.toml --out results\n"

@@ -24,7 +24,7 @@ constexpr const char* kHelp =
 struct ReportOptions {
   std::vector<std::string> folders;
   std::string out;
-  double megabytes{4.5};
+  double megabytes{4.2};
   bool json{false};
 };
 
@@ -44,7 +44,7 @@ int Report(const ReportOptions& options) {
   }
   Print("{}: {} run{}, {:.1f} MB; open it in a browser\n", report.file.string(),
         report.labels.size(), report.labels.size() == 1 ? "" : "s",
-        1e-6 * static_cast<double>(report.bytes));
+        static_cast<double>(report.bytes) / 1e6);
   for (const std::string& note : report.notes) Print("  {}\n", note);
   return 0;
 }

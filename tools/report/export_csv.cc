@@ -44,7 +44,7 @@ void ExportCsv(const RunRecord& run, const PutFile& put) {
       "time_s,span,e11,e22,d11_1_m,d22_1_m,beta,n_x_n_m,n_phi_n_m,m_x_n,m_phi_n,h_n_m");
   Table cables("time_s,cable,point,x_m,y_m,z_m,tension_n");
   for (const ShapeTelemetry& m : run.shapes) {
-    const double t = 1e-6 * static_cast<double>(m.utime);
+    const double t = static_cast<double>(m.utime) / 1e6;
     root.Row(t, m.root_position, m.root_quaternion);
     std::size_t node = 0, span = 0;
     for (std::size_t a = 0; a < m.arm_name.size(); ++a) {

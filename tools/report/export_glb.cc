@@ -117,7 +117,7 @@ std::string ExportGlb(const RunRecord& run, std::size_t most_shapes) {
   if (!targets.empty()) {
     mesh["weights"] = std::vector<double>(targets.size(), 0.0);
     const auto time = [&](std::size_t i) {
-      return 1e-6 * static_cast<double>(run.shapes[kept[i]].utime);
+      return static_cast<double>(run.shapes[kept[i]].utime) / 1e6;
     };
     for (std::size_t i = 0; i < kept.size(); ++i) Put(time(i), &arrays.bytes);
     const auto single = [](double t) { return double{static_cast<float>(t)}; };

@@ -33,7 +33,7 @@ void AddShapes(const RunRecord& run, NpzFile* file) {
     AddOverShapes(run, name, std::move(rest), part, file);
   };
   add("time_s", {}, [](const ShapeTelemetry& m) {
-    return std::vector<double>{1e-6 * static_cast<double>(m.utime)};
+    return std::vector<double>{static_cast<double>(m.utime) / 1e6};
   });
   add("root_position_m", {3}, [](const ShapeTelemetry& m) { return m.root_position; });
   add("root_quaternion_wxyz", {4}, [](const ShapeTelemetry& m) { return m.root_quaternion; });
@@ -84,7 +84,7 @@ void AddPlans(const RunRecord& run, NpzFile* file) {
   std::vector<double> made, time, tension, root;
   for (const PlanTelemetry& m : run.plans) {
     if (m.time.size() != knots || knots == 0 || m.tension.front().size() != motors) continue;
-    made.push_back(1e-6 * static_cast<double>(m.utime));
+    made.push_back(static_cast<double>(m.utime) / 1e6);
     Append(m.time, &time);
     Append(m.tension, &tension);
     Append(m.root_position, &root);

@@ -98,7 +98,7 @@ void ExportVtk(const RunRecord& run, const PutFile& put) {
     const std::string name = fmt::format("shapes/{:06}.vtp", i);
     put(name, PolyData(run.shapes[i]));
     series += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n",
-                          1e-6 * static_cast<double>(run.shapes[i].utime), name);
+                          static_cast<double>(run.shapes[i].utime) / 1e6, name);
   }
   put("shapes.pvd", series + "</Collection>\n</VTKFile>\n");
 }

@@ -16,8 +16,10 @@ using Rows = std::vector<std::size_t>;
 
 constexpr std::size_t kFewestFrames = 2;
 constexpr std::size_t kMostPlans = 2'000;
+// What plots stand over, and shapes are found by, takes single precision.
+constexpr double kTimeError = 1e-9;
 
-double Seconds(std::int64_t utime) { return 1e-6 * static_cast<double>(utime); }
+double Seconds(std::int64_t utime) { return static_cast<double>(utime) / 1e6; }
 
 template <typename Message>
 std::vector<double> Times(const std::vector<Message>& messages) {
@@ -36,9 +38,9 @@ std::vector<double> Collect(const std::vector<Message>& messages, const Rows& ke
 
 template <typename Message>
 Json PackTimes(const std::vector<Message>& messages, const Rows& kept) {
-  return Pack(Collect(messages, kept,
-                      [](const Message& m, auto* out) { out->push_back(Seconds(m.utime)); }))
-      .json;
+  const std::vector<double> times = Collect(
+      messages, kept, [](const Message& m, auto* out) { out->push_back(Seconds(m.utime)); });
+  return Pack(times, kTimeError).json;
 }
 
 /// A table with its first column `over`.
@@ -52,7 +54,7 @@ Json TableJson(const std::vector<std::string>& titles,
     if (std::none_of(all.begin(), all.end(), [](double v) { return std::isfinite(v); })) continue;
     std::vector<double> values;
     for (const std::size_t i : kept) values.push_back(all[i]);
-    const PackedArray packed = Pack(values);
+    const PackedArray packed = Pack(values, c == 0 ? kTimeError : 0.0);
     const double error = packed.error + ThinningError(over, all, kept);
     list.push_back({{"name", titles[c]}, {"data", packed.json}, {"error", error}});
   }

@@ -16,7 +16,7 @@ inline constexpr int kPageFormat = 1;
 
 struct PageOptions {
   /// Largest size of what one run puts on the page [bytes]; shapes are thinned to it.
-  std::size_t run_bytes{4'500'000};
+  std::size_t run_bytes{4'200'000};
   /// Most rows of a table.
   std::size_t rows{4'000};
 };

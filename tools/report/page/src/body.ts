@@ -147,15 +147,22 @@ export class Body {
   }
 
   private findMiddle(): three.Vector3 {
-    const box = new three.Box3();
-    const p = new three.Vector3();
+    const { shape } = this;
     const root = this.root(-1, new three.Vector3());
-    box.expandByPoint(root);
-    for (const arm of this.shape.arms) {
-      for (let k = 0; k < 3 * arm.nodes; k += 3) box.expandByPoint(p.set(arm.position[k]!, arm.position[k + 1]!, arm.position[k + 2]!));
+    const [w, x, y, z] = mixQuaternion(shape.rootQuaternion, { i: 0, j: 0, share: 0 });
+    const back = new three.Quaternion(x, y, z, w).invert();
+    const box = new three.Box3().expandByPoint(new three.Vector3());
+    const p = new three.Vector3();
+    for (const arm of shape.arms) {
+      for (let k = 0; k < 3 * arm.nodes; k += 3) {
+        p.set(arm.position[k]!, arm.position[k + 1]!, arm.position[k + 2]!);
+        box.expandByPoint(p.sub(root).applyQuaternion(back));
+      }
     }
-    const [w, x, y, z] = mixQuaternion(this.shape.rootQuaternion, { i: 0, j: 0, share: 0 });
-    return box.getCenter(p).sub(root).applyQuaternion(new three.Quaternion(x, y, z, w).invert());
+    for (let k = 0; shape.mantle !== null && k < 2 * shape.mantle.nodes; k += 2) {
+      box.expandByPoint(p.set(0, 0, shape.mantle.profile[k + 1]!));
+    }
+    return box.getCenter(new three.Vector3());
   }
 
   /** Lip of the mantle on its axis, and the direction of the jet, in the earth frame. */

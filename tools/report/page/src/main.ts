@@ -2,27 +2,16 @@
 
 import "./style.css";
 import { choosePlots } from "./catalogue";
-import { gradient, runColour } from "./colour";
+import { runColour } from "./colour";
 import { element, formatNumber } from "./dom";
-import { type FieldRanges, kFieldScale } from "./body";
+import { helpDialog } from "./keys";
 import { type PackedRun, type ReportData, type Run, decodeRun, kFormat } from "./model";
 import { Player, kSpeeds } from "./player";
 import { PlotCard } from "./plots";
 import { studyCards } from "./study";
 import { DriveTable, figureTables, modesTable } from "./tables";
-import { type Layers, View3D, type ViewName } from "./view3d";
-
-const kKeys: [string, string][] = [
-  ["Space", "play or pause"],
-  ["← →", "0.1 s back or ahead; with Shift 1 s"],
-  ["Home End", "to the beginning, to the end"],
-  ["+ −", "faster, slower"],
-  ["F", "follow the vehicle, or see the whole run"],
-  ["1 2 3 4", "look from an angle, along y, along x, from above"],
-  ["W A S D", "orbit; Q and E closer and away"],
-  ["T", "light or dark"],
-  ["?", "these keys"],
-];
+import { View3D, type ViewName } from "./view3d";
+import { colourBars, viewTools } from "./view_panel";
 
 function readData(): ReportData {
   const text = document.getElementById("mantle-data")?.textContent ?? "";
@@ -68,7 +57,7 @@ class Report {
     this.visible = this.runs.map(() => true);
     this.dark = readTheme();
     this.player = new Player(Math.max(0, ...this.runs.map(durationOf)));
-    this.help = this.makeHelp();
+    this.help = helpDialog();
     this.layOut(data.made_by);
     const watch = new IntersectionObserver((entries) => {
       for (const entry of entries) {
@@ -195,83 +184,13 @@ class Report {
       const why = "No shapes are in these results, so that the path alone is drawn: the run was made with --shape-every 0, or by a version that logged no shapes.";
       box.append(element("p", { class: "hint" }, [why]));
     }
-    box.append(this.makeViewTools(), this.makeColourBars(this.view.ranges));
-    return box;
-  }
-
-  private makeViewTools(): HTMLElement {
-    const view = this.view!;
-    const tools = element("div", { class: "view-tools" });
-    const looks: [ViewName, string, string][] = [
-      ["oblique", "3D", "From an angle (1)"], ["front", "xz", "Along y (2)"], ["side", "yz", "Along x (3)"], ["top", "xy", "From above (4)"],
-    ];
-    for (const [name, text, title] of looks) {
-      const button = element("button", { type: "button", title }, [text]);
-      button.addEventListener("click", () => view.look(name));
-      tools.append(button);
-    }
+    const { view } = this;
     this.followButton.addEventListener("click", () => this.setFollow(!view.follow));
-    const picture = element("button", { type: "button", title: "Save the view as a picture" }, ["PNG"]);
-    picture.addEventListener("click", () => {
-      const link = element("a", { href: view.picture(), download: `mantle-${this.player.time.toFixed(2)}s.png` });
-      link.click();
-    });
-    const layers = element("details", { class: "layers" }, [element("summary", { title: "What is drawn" }, ["Layers"])]);
-    const menu = element("div", { class: "menu" });
-    const names: [keyof Layers, string][] = [
-      ["bodies", "bodies"], ["cables", "cables"], ["path", "path of the root"], ["reference", "reference, waypoints"],
-      ["plan", "plan ahead"], ["jet", "jet"], ["grid", "grid"],
-    ];
-    for (const [layer, text] of names) {
-      const box = element("input", { type: "checkbox" });
-      box.checked = view.layers[layer];
-      box.addEventListener("change", () => view.setLayer(layer, box.checked));
-      menu.append(element("label", {}, [box, text]));
-    }
-    const byRun = element("input", { type: "checkbox" });
-    byRun.checked = view.byRun;
-    byRun.addEventListener("change", () => {
-      view.byRun = byRun.checked;
-      view.setTime(this.player.time);
-      this.app.classList.toggle("by-run", byRun.checked);
-    });
-    this.app.classList.toggle("by-run", view.byRun);
-    menu.append(element("label", {}, [byRun, "colour by run"]));
-    layers.append(menu);
-    tools.append(this.followButton, layers, picture);
-    return tools;
-  }
-
-  private makeColourBars(ranges: FieldRanges): HTMLElement {
-    const bars = element("div", { class: "colour-bars" });
-    const bar = (title: string, meaning: string, field: keyof FieldRanges, low: string, high: string) => {
-      if (ranges[field] === 0) return;
-      const strip = element("div", { class: "strip" });
-      strip.style.backgroundImage = gradient(kFieldScale[field]);
-      bars.append(
-        element("div", { class: `bar ${field}`, title: meaning }, [
-          element("div", { class: "bar-title" }, [title]), strip,
-          element("div", { class: "ends" }, [element("span", {}, [low]), element("span", {}, [high])]),
-        ]),
-      );
-    };
-    const hoop = formatNumber(100 * ranges.hoop, 3);
-    bar("hoop strain [%]", "Mantle: hoop strain, positive where it is stretched", "hoop", `−${hoop}`, `+${hoop}`);
-    bar("curvature [1/m]", "Arms: curvature of the bend", "curvature", "0", formatNumber(ranges.curvature, 3));
-    bar("tension [N]", "Cables: tension", "tension", "0", formatNumber(ranges.tension, 3));
-    const lines = this.view!.lines();
-    const key = element("ul", { class: "line-key" });
-    const line = (there: boolean, kind: string, text: string) => {
-      if (there) key.append(element("li", {}, [element("span", { class: `sample ${kind}` }), text]));
-    };
-    line(this.runs.length === 1, "path", "path of the root");
-    line(lines.reference, "reference", "reference");
-    line(lines.plan, "plan", "plan ahead");
-    line(lines.waypoints, "waypoint", "waypoint, tolerance");
-    line(lines.jet, "jet", "jet");
-    bars.append(key);
-    bars.append(element("div", { class: "grid-note" }, [`grid ${formatNumber(this.view!.gridSpacing_m, 2)} m`]));
-    return bars;
+    box.append(
+      viewTools(view, this.followButton, () => this.player.time, (byRun) => this.app.classList.toggle("by-run", byRun)),
+      colourBars(view, this.runs.length),
+    );
+    return box;
   }
 
   private makeTransport(): HTMLElement {
@@ -296,19 +215,6 @@ class Report {
       bar.replaceChildren(element("span", { class: "still" }, ["An equilibrium: nothing moves."]));
     }
     return bar;
-  }
-
-  private makeHelp(): HTMLDialogElement {
-    const list = element("dl");
-    for (const [key, meaning] of kKeys) list.append(element("dt", {}, [key]), element("dd", {}, [meaning]));
-    const close = element("button", { type: "button" }, ["Close"]);
-    const dialog = element("dialog", { "aria-label": "Keys" }, [
-      element("h2", {}, ["Keys"]), list,
-      element("p", {}, ["Drag to orbit, with the right button to pan; the wheel, or two fingers, to zoom. In plots: click to go there, drag to look closer, double click for all."]),
-      close,
-    ]);
-    close.addEventListener("click", () => dialog.close());
-    return dialog;
   }
 
   // ---- what moves

@@ -141,7 +141,8 @@ export class PlotCard {
     });
     this.swatches.forEach((swatch, i) => {
       swatch.style.borderTopColor = this.colourOf(i);
-      swatch.style.borderTopStyle = this.dashOf(i).length > 0 ? "dashed" : "solid";
+      const [on] = this.dashOf(i);
+      swatch.style.borderTopStyle = on === undefined ? "solid" : on <= 2 ? "dotted" : "dashed";
     });
     this.showRows();
     this.moveNow();
