@@ -12,7 +12,7 @@
 namespace mantle::model {
 namespace {
 
-constexpr const char* kMagic = "mantle-checkpoint-3";
+constexpr const char* kMagic = "mantle-checkpoint-4";
 
 class Writer {
  public:
