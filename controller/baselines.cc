@@ -11,7 +11,6 @@
 namespace mantle::controller {
 namespace {
 
-
 // A pull's reaction turns the root at once, against the turn that follows: a derivative that sees
 // it makes the arm flutter. On the steering scene this constant costs least.
 constexpr double kTurnFilter_s = 0.3;

@@ -141,8 +141,8 @@ static void Describe(Visitor& v, BaselineGains& g) {
 }
 
 static void Describe(Visitor& v, EstimatorOptions& e) {
-  schema::PickName(v, {"type", "or the name of one that a program has registered"}, EstimatorNames(),
-           &e.type);
+  schema::PickName(v, {"type", "or the name of one that a program has registered"},
+                   EstimatorNames(), &e.type);
   v.Boolean({"observer",
              "the state is what the filter makes of all measurements, whose deviations it takes "
              "from `[sensors]`; else the newest one"},
@@ -177,8 +177,8 @@ void Describe(Visitor& v, const model::Robot& robot, const std::vector<reduced::
               ControlOptions& c) {
   std::vector<std::string> names;
   for (const reduced::Actuator& motor : motors) names.push_back(motor.name);
-  schema::PickName(v, {"controller", "or the name of one that a program has registered"}, ControllerNames(),
-           &c.controller);
+  schema::PickName(v, {"controller", "or the name of one that a program has registered"},
+                   ControllerNames(), &c.controller);
   v.Choice<MpcMode>({"mode", "one linearisation per period, or until the plan stands still"},
                     {{"rti", MpcMode::kRealTimeIteration}, {"converged", MpcMode::kConverged}},
                     &c.mode);

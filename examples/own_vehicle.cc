@@ -1,7 +1,7 @@
 // A vehicle of one's own at the far end of the wire, found by its name: the drives that come along,
 // and in place of the full plant the reduced model, which is what the controller believes in.
 //
-// Components: loop drive
+// Components: loop drive ipopt
 // Run: own_vehicle SCENES/reach.toml
 // Prints: ^mine: mean error [0-9.]+ mm over 3\.0 s
 

@@ -43,8 +43,8 @@ void DescribeFactor(Visitor& v, Schedule* schedule) {
 void DescribeDistributed(Visitor& v, int index, DistributedWrench& d) {
   DescribeName(v, "load", index, &d.name);
   Vector3 moment = d.direction.head<3>(), force = d.direction.tail<3>();
-  v.Vector({.name = "moment", .also = "this or `force`"}, Quantity::kMomentPerLength,
-           kAnyValue, &moment);
+  v.Vector({.name = "moment", .also = "this or `force`"}, Quantity::kMomentPerLength, kAnyValue,
+           &moment);
   v.Vector({"force"}, Quantity::kForcePerLength, kAnyValue, &force);
   d.direction << moment, force;
   v.Demand(v.describing() || v.Has("moment") || v.Has("force"), "moment",
@@ -74,20 +74,20 @@ void DescribeMuscle(Visitor& v, int index, double length_m, MuscleWave& m) {
   DescribeSchedule(v, Required({"frequency", "towards the tip where positive"}),
                    Quantity::kFrequency, kAnyValue, &m.frequency_hz);
   v.Number({"phase"}, Quantity::kAngle, kAnyValue, &m.phase_rad);
-  v.Tables(Optional({.name = "envelope",
-                     .meaning = "e(X): points, linear between, constant beyond",
-                     .fallback = "1 everywhere"}),
-           [&](Visitor& t, int) {
-             MuscleWave::Envelope& e = m.envelope.emplace_back();
-             t.Number(Required({.name = "at",
-                                .meaning = "arc length",
-                                .bound = "[0, `length`], ascending"}),
-                      Quantity::kLength, Range{0, length_m}, &e.at_m);
-             DescribeSchedule(t, Required({"factor"}), Quantity::kNumber, kAnyValue, &e.factor);
-             const std::size_t n = m.envelope.size();
-             t.Demand(t.describing() || n < 2 || e.at_m > m.envelope[n - 2].at_m, "at",
-                      fmt::format("{} m: must ascend", e.at_m));
-           });
+  v.Tables(
+      Optional({.name = "envelope",
+                .meaning = "e(X): points, linear between, constant beyond",
+                .fallback = "1 everywhere"}),
+      [&](Visitor& t, int) {
+        MuscleWave::Envelope& e = m.envelope.emplace_back();
+        t.Number(
+            Required({.name = "at", .meaning = "arc length", .bound = "[0, `length`], ascending"}),
+            Quantity::kLength, Range{0, length_m}, &e.at_m);
+        DescribeSchedule(t, Required({"factor"}), Quantity::kNumber, kAnyValue, &e.factor);
+        const std::size_t n = m.envelope.size();
+        t.Demand(t.describing() || n < 2 || e.at_m > m.envelope[n - 2].at_m, "at",
+                 fmt::format("{} m: must ascend", e.at_m));
+      });
 }
 
 void DescribePayload(Visitor& v, int index, double length_m, Payload& p) {
@@ -110,8 +110,9 @@ void DescribePayload(Visitor& v, int index, double length_m, Payload& p) {
 }
 
 void DescribeInitialMode(Visitor& v, InitialMode& mode) {
-  v.Integer(Required({"mode", "number, by frequency, of the arm clamped alone; of two with one "
-                              "frequency the first moves the tip along y"}),
+  v.Integer(Required({"mode",
+                      "number, by frequency, of the arm clamped alone; of two with one "
+                      "frequency the first moves the tip along y"}),
             1, 1000, &mode.number);
   v.Number(Required({"speed", "of the fastest node"}), Quantity::kSpeed, kAnyValue,
            &mode.speed_m_s);
@@ -242,12 +243,12 @@ bool DescribeOutline(Visitor& v, const char* other, bool needed, ArmPiece& piece
     v.Demand(is_round, "inner_radius", "needs `radius`");
   }
   RectangularOutline box;
-  const bool wide = DescribeTaper(
-      v, Optional({"width", "of a rectangular section, along y"}), kPositive, &box.width_m);
+  const bool wide = DescribeTaper(v, Optional({"width", "of a rectangular section, along y"}),
+                                  kPositive, &box.width_m);
   const bool high = DescribeTaper(v, Optional({"height", "along z"}), kPositive, &box.height_m);
-  v.Boolean({.name = "flooded",
-             .meaning = "a hollow section holds water: it displaces its wall alone"},
-            &piece.flooded);
+  v.Boolean(
+      {.name = "flooded", .meaning = "a hollow section holds water: it displaces its wall alone"},
+      &piece.flooded);
   if (v.describing()) return true;
   v.Demand(wide == high, wide ? "width" : "height", "`width` and `height` go together");
   v.Demand(!(is_round && wide), "width", "contradicts `radius`: a section has one outline");
@@ -365,7 +366,8 @@ void DescribeSections(Visitor& v, Arm& arm) {
     v.Demand(!(pieces && v.Has(key)), key, "contradicts `pieces`: give it in each piece");
   }
   for (const char* key : {"radius", "inner_radius", "width", "height"}) {
-    v.Demand(!(profile && v.Has(key)), key, "contradicts `radius_profile`: a section has one outline");
+    v.Demand(!(profile && v.Has(key)), key,
+             "contradicts `radius_profile`: a section has one outline");
   }
   v.Demand(!(pieces && profile), "radius_profile", "contradicts `pieces`: give one of them");
   v.Demand(!(pieces && own.shear_correction != 1.0), "shear_correction",
@@ -438,8 +440,9 @@ void DescribeArm(Visitor& v, int index, Arm& arm) {
   DescribeList(v, {"points", "wrenches at one place; a node is moved there"}, &arm.points,
                [&](Visitor& t, int i, PointWrench& p) { DescribePoint(t, i, arm.length_m, p); });
   DescribeList(v,
-               {"muscles", "internal moments that travel along the arm as waves; no cable, no "
-                           "reaction but through the arm's base"},
+               {"muscles",
+                "internal moments that travel along the arm as waves; no cable, no "
+                "reaction but through the arm's base"},
                &arm.muscles,
                [&](Visitor& t, int i, MuscleWave& m) { DescribeMuscle(t, i, arm.length_m, m); });
   DescribeList(v, {"payloads", "rigid bodies carried by a section; a node is moved there"},

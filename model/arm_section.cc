@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-
-#include <Eigen/Cholesky>
 
 #include "model/rod.h"
 

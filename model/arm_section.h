@@ -20,6 +20,7 @@
 
 namespace mantle::model {
 
+/// Area and moments of a section's outline, from which its matrices follow.
 struct SectionArea {
   double solid_m2{0}, displaced_m2{0};
   double second_y_m4{0}, second_z_m4{0}, torsion_m4{0};

@@ -23,7 +23,8 @@ MuscleInput InputOf(const MuscleWave& wave, double t, bool from_left) {
 
 double IsAttached(const Payload& payload, double t, bool from_left) {
   if (!payload.drop_s) return 1.0;
-  const bool before = from_left ? t <= *payload.drop_s + kSameTime_s : t < *payload.drop_s - kSameTime_s;
+  const bool before =
+      from_left ? t <= *payload.drop_s + kSameTime_s : t < *payload.drop_s - kSameTime_s;
   return before ? 1.0 : 0.0;
 }
 

@@ -160,8 +160,12 @@ struct WallWaterAccelerationLoad {
 
   /// The gravity that it is like; its "buoyancy" works under this load's name.
   WallGravityLoad AsGravity(const Vector3& water_acceleration_m_s2) const {
-    return {-water_acceleration_m_s2, half_thickness_m, body_density_kg_m3, water_density_kg_m3,
-            -1, place};
+    return {-water_acceleration_m_s2,
+            half_thickness_m,
+            body_density_kg_m3,
+            water_density_kg_m3,
+            -1,
+            place};
   }
 
   static std::optional<WallWaterAccelerationLoad> From(const Mantle& mantle, const Water& water,

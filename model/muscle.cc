@@ -36,8 +36,7 @@ Vector3 MeanMuscleMoment(const MuscleWave& wave, const MuscleInput& input, const
                          double from_m, double to_m) {
   Vector3 mean = Vector3::Zero();
   for (std::size_t k = 0; k < kPoint.size(); ++k) {
-    mean += kWeight[k] *
-            MuscleMoment(wave, input, envelopes, from_m + kPoint[k] * (to_m - from_m));
+    mean += kWeight[k] * MuscleMoment(wave, input, envelopes, from_m + kPoint[k] * (to_m - from_m));
   }
   return mean;
 }

@@ -12,8 +12,7 @@ Pose FromRoot(const Plant& plant, const PlantState& state, int arm, int node) {
 }
 
 // In the frame that drifts with the current.
-SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state,
-                               const PlantWork& work) {
+SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state, const PlantWork& work) {
   SolidMotion out;
   const Pose& root = state.pose[0];
   const Vector6 eta = state.velocity.head<6>();
@@ -78,11 +77,11 @@ Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const Plan
     }
     for (const RodPayload& p : plant.rods[a].payloads) {
       if (p.node == 0) continue;  // in root_mass
-      const double attached =
-          work.payloads[plant.PayloadIndex(a, static_cast<int>(&p - plant.rods[a].payloads.data()))];
+      const double attached = work.payloads[plant.PayloadIndex(
+          a, static_cast<int>(&p - plant.rods[a].payloads.data()))];
       const Vector6 eta = state.velocity.segment<6>(plant.ArmVelocity(a, p.node));
-      total += attached * AdjointInverseTransposeTimes(AbsolutePose(plant, state, a, p.node),
-                                                       p.inertia * eta);
+      total += attached *
+               AdjointInverseTransposeTimes(AbsolutePose(plant, state, a, p.node), p.inertia * eta);
     }
   }
   const WaterMotion water = EvaluateWater(plant.robot.effects, state.time_s);
@@ -91,8 +90,8 @@ Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const Plan
     const SolidMotion solid = SolidMotionInWater(plant, state, work);
     const Vector3 impulse = total.tail<3>();
     const Vector3 carried = solid.mass_kg * current;
-    total.head<3>() += water.drift_m.cross(Vector3(impulse + carried)) +
-                       solid.centre_m.cross(carried);
+    total.head<3>() +=
+        water.drift_m.cross(Vector3(impulse + carried)) + solid.centre_m.cross(carried);
     total.tail<3>() += carried;
   }
   return total;
@@ -111,8 +110,8 @@ double LockedPower(const Plant& plant, const PlantState& state, const PlantWork&
     }
     for (const RodPayload& p : plant.rods[a].payloads) {
       if (p.node == 0) continue;
-      const double attached =
-          work.payloads[plant.PayloadIndex(a, static_cast<int>(&p - plant.rods[a].payloads.data()))];
+      const double attached = work.payloads[plant.PayloadIndex(
+          a, static_cast<int>(&p - plant.rods[a].payloads.data()))];
       const Pose h = FromRoot(plant, state, a, p.node);
       power += attached * AdjointInverseTimes(h, eta).dot(
                               p.inertia * AdjointInverseTimes(h, root_acceleration));

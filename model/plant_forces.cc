@@ -182,7 +182,8 @@ EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,
     EvaluateShellElement(shell.elements[i], shell.material, q[i], q[i + 1], v[i], v[i + 1],
                          &work->shell[i]);
     if (!(work->shell[i].lambda > 0.0)) {
-      return {shell.name.c_str(), i, "stretch along the meridian: the material is turned inside out",
+      return {shell.name.c_str(), i,
+              "stretch along the meridian: the material is turned inside out",
               work->shell[i].lambda, 0.0};
     }
     AddShellElementForces(shell.elements[i], work->shell[i], &nodes[i], &nodes[i + 1]);
@@ -274,8 +275,7 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
   }
   work->force.head<6>() += CoadjointTimes(eta, momentum);
   Vector6 wrench = work->force.head<6>();
-  AddRootWrenches(plant.root_loads,
-                  {state.pose[0].rotation, eta, inputs.water_acceleration_m_s2},
+  AddRootWrenches(plant.root_loads, {state.pose[0].rotation, eta, inputs.water_acceleration_m_s2},
                   inputs.gravity_scale, 1.0, &wrench);
   work->force.head<6>() = wrench;
 }

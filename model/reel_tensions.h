@@ -5,6 +5,8 @@
 #include "model/newton_matrix.h"
 #include "model/plant.h"
 
+namespace mantle::model {
+
 /// Tensions u of reeled cables as unknowns of their own in an implicit stage, so that a reel
 /// however stiff is a constraint and not a force that overshoots. With T(Theta) = k (l - reel) + d
 /// (l_dot - reel_dot) a stage solves, beside the robot's own equations,
@@ -16,9 +18,6 @@
 /// J. Optim. 13, 2002). S = 1 + (k + s d) dl/du, the robot's compliance along the cable times the
 /// reel's stiffness, makes the test independent of k; it is known once the cable has been taut, and
 /// 1 before.
-
-namespace mantle::model {
-
 class ReelTensions {
  public:
   explicit ReelTensions(const Plant& plant);

@@ -85,6 +85,7 @@ struct DistributedWrench {
 /// m: it shifts the curvature at rest by Sigma^-1 m, works on the rate of curvature, and acts on
 /// the root through the arm's base alone.
 struct MuscleWave {
+  /// A point of e(X): its arc length [m], its value over time.
   struct Envelope {
     double at_m{0};
     Schedule factor{ConstantSchedule{1}};
@@ -102,9 +103,11 @@ struct Taper {
   double base{0}, tip{0};
   double At(double share) const { return base + (tip - base) * share; }
 };
+/// A circle or, hollow, a ring.
 struct RoundOutline {
   Taper radius_m, inner_radius_m;  ///< inner 0: solid
 };
+/// A solid rectangle.
 struct RectangularOutline {
   Taper width_m, height_m;  ///< along y, along z of the section
 };

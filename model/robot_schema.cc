@@ -1,11 +1,11 @@
 #include "model/robot_schema.h"
 
-#include "model/arm_section.h"
-
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
+
+#include "model/arm_section.h"
 
 namespace mantle::model {
 namespace {
@@ -67,16 +67,16 @@ void CheckMantleEffects(Visitor& v, const Robot& robot) {
 
 void CheckCoefficients(Visitor& v, const Robot& robot) {
   const Effects& e = robot.effects;
-  const bool viscous =
-      AnyArm(robot,
-             [](const Arm& a) {
-               for (const ArmPiece& p : PiecesOf(a)) {
-                 const bool given = p.viscosity && !p.viscosity->isZero(0.0);
-                 if (!p.rigid && (given || p.material.viscosity_pa_s > 0)) return true;
-               }
-               return false;
-             }) ||
-      (robot.mantle && robot.mantle->material.viscosity_pa_s > 0);
+  const bool viscous = AnyArm(robot,
+                              [](const Arm& a) {
+                                for (const ArmPiece& p : PiecesOf(a)) {
+                                  const bool given = p.viscosity && !p.viscosity->isZero(0.0);
+                                  if (!p.rigid && (given || p.material.viscosity_pa_s > 0))
+                                    return true;
+                                }
+                                return false;
+                              }) ||
+                       (robot.mantle && robot.mantle->material.viscosity_pa_s > 0);
   v.DemandAt(!e.viscosity || viscous, "effects.viscosity",
              "named, but no material has `viscosity` > 0 Pa s and no arm `damping`");
   const bool drag = AnyArm(robot, [](const Arm& a) { return !a.drag_coefficients.isZero(0.0); }) ||

@@ -166,18 +166,17 @@ int NodeAt(const Rod& rod, double x_m) {
   return static_cast<int>(at - rod.x_m.begin());
 }
 
-RodPayload PayloadOf(const Rod& rod, const Payload& p, const Water& water,
-                     const Effects& effects) {
+RodPayload PayloadOf(const Rod& rod, const Payload& p, const Water& water, const Effects& effects) {
   const RigidBody body{p.name, GivenInertia{p.mass_kg, p.offset_m, p.inertia_kg_m2, p.volume_m3}};
   RodPayload out{NodeAt(rod, p.at_m), p, RigidInertia(body), {}, -1};
   if (effects.weight || effects.buoyancy) {
-    out.loads.push_back(
-        RigidGravityLoad{effects.gravity_m_s2, effects.weight ? p.mass_kg : 0.0,
-                         effects.buoyancy ? water.density_kg_m3 * p.volume_m3 : 0.0, p.offset_m});
+    out.loads.push_back(RigidGravityLoad{effects.gravity_m_s2, effects.weight ? p.mass_kg : 0.0,
+                                         effects.buoyancy ? water.density_kg_m3 * p.volume_m3 : 0.0,
+                                         p.offset_m});
   }
   if (effects.unsteady_current) {
-    out.loads.push_back(RigidWaterAccelerationLoad{
-        p.mass_kg, water.density_kg_m3 * p.volume_m3, p.offset_m});
+    out.loads.push_back(
+        RigidWaterAccelerationLoad{p.mass_kg, water.density_kg_m3 * p.volume_m3, p.offset_m});
   }
   return out;
 }
@@ -188,11 +187,12 @@ void CheckPayloadsAndMuscles(const Arm& arm) {
            fmt::format("payloads.{}: at = {} m, must be in [0, {}]", p.name, p.at_m, arm.length_m));
     Demand(p.mass_kg > 0, fmt::format("payloads.{}: mass = {} kg, must be > 0", p.name, p.mass_kg));
     const Eigen::Vector3d moments = p.inertia_kg_m2.selfadjointView<Eigen::Lower>().eigenvalues();
-    Demand(p.inertia_kg_m2.isApprox(p.inertia_kg_m2.transpose()) && moments(0) >= 0 &&
-               moments(2) <= (moments(0) + moments(1)) * (1 + 1e-9),
-           fmt::format("payloads.{}: inertia: must be symmetric with principal moments that no body "
-                       "lacks: none negative, none above the sum of the other two",
-                       p.name));
+    Demand(
+        p.inertia_kg_m2.isApprox(p.inertia_kg_m2.transpose()) && moments(0) >= 0 &&
+            moments(2) <= (moments(0) + moments(1)) * (1 + 1e-9),
+        fmt::format("payloads.{}: inertia: must be symmetric with principal moments that no body "
+                    "lacks: none negative, none above the sum of the other two",
+                    p.name));
   }
   for (const MuscleWave& m : arm.muscles) {
     if (const auto* s = std::get_if<SineSchedule>(&m.wave_length_m)) {
@@ -250,10 +250,11 @@ void CheckArm(const Arm& arm) {
                        c.name, c.fraction));
     for (const Vector3& p : c.path) {
       const double distance = std::hypot(p.y(), p.z());
-      Demand(IsInside(arm, p),
-             fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
-                         "{:.6g} m: the cable must lie inside the section",
-                         c.name, distance, p.x(), Radius(arm, p.x())));
+      Demand(
+          IsInside(arm, p),
+          fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
+                      "{:.6g} m: the cable must lie inside the section",
+                      c.name, distance, p.x(), Radius(arm, p.x())));
     }
     if (c.path.empty()) {
       for (std::size_t i = 0; i < arm.pieces.size(); ++i) {
@@ -418,11 +419,10 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
   }
   AddLoads(&rod.loads, arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {
-    rod.distributed.push_back(
-        {d.name,
-         DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame,
-                         d.internal.value_or(d.frame == LoadFrame::kBody)},
-         d.schedule});
+    rod.distributed.push_back({d.name,
+                               DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame,
+                                               d.internal.value_or(d.frame == LoadFrame::kBody)},
+                               d.schedule});
   }
   for (const PointWrench& p : arm.points) {
     rod.points.push_back({NodeAt(rod, p.at_m), p});

@@ -79,11 +79,15 @@ struct RodPoint {
   int power_place{-1};
 };
 
+/// A muscle, with the place of its power among the names.
 struct RodMuscle {
   MuscleWave wave;
   int power_place{-1};
 };
 
+/// An arm discretised: N elements of constant strain between N + 1 nodes, node 0 at the base.
+/// Section quantities are integrated exactly over each element, so taper costs no accuracy beyond
+/// the mesh's order.
 struct Rod {
   std::string name;
   Pose mount;                        ///< base frame in the root frame

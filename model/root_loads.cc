@@ -86,8 +86,7 @@ std::optional<RigidGravityLoad> RigidGravityLoad::From(const Robot& robot) {
 std::optional<RigidWaterAccelerationLoad> RigidWaterAccelerationLoad::From(const Robot& robot) {
   if (!robot.effects.unsteady_current || !robot.rigid_body) return std::nullopt;
   const RigidBody& body = *robot.rigid_body;
-  return RigidWaterAccelerationLoad{RigidMass(body),
-                                    robot.water.density_kg_m3 * RigidVolume(body),
+  return RigidWaterAccelerationLoad{RigidMass(body), robot.water.density_kg_m3 * RigidVolume(body),
                                     RigidCentre(body)};
 }
 

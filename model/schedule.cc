@@ -86,9 +86,9 @@ struct Cubic {
   }
   double Integral(double u) const {
     const double u2 = u * u, u3 = u2 * u, u4 = u2 * u2;
-    return length * (y0 * (u - u3 + 0.5 * u4) + y1 * (u3 - 0.5 * u4) +
-                     slope0 * (0.5 * u2 - 2.0 / 3.0 * u3 + 0.25 * u4) +
-                     slope1 * (0.25 * u4 - u3 / 3.0));
+    return length *
+           (y0 * (u - u3 + 0.5 * u4) + y1 * (u3 - 0.5 * u4) +
+            slope0 * (0.5 * u2 - 2.0 / 3.0 * u3 + 0.25 * u4) + slope1 * (0.25 * u4 - u3 / 3.0));
   }
 };
 
@@ -105,7 +105,11 @@ double SlopeAt(const CubicSchedule& s, int i) {
 
 Cubic IntervalOf(const CubicSchedule& s, int i) {
   const double length = s.time_s[i + 1] - s.time_s[i];
-  return {s.time_s[i],          length, s.value[i], s.value[i + 1], length * SlopeAt(s, i),
+  return {s.time_s[i],
+          length,
+          s.value[i],
+          s.value[i + 1],
+          length * SlopeAt(s, i),
           length * SlopeAt(s, i + 1)};
 }
 

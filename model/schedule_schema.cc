@@ -132,9 +132,9 @@ void Describe(Visitor& v, Quantity quantity, Range range, CubicSchedule& s) {
             quantity, range, v.describing() ? kOneOrMore : static_cast<int>(s.time_s.size()),
             &s.value);
   for (std::size_t i = 1; i < s.time_s.size(); ++i) {
-    v.Demand(s.time_s[i] > s.time_s[i - 1], "time",
-             fmt::format("must ascend; entry {} is {} s after {} s", i, s.time_s[i],
-                         s.time_s[i - 1]));
+    v.Demand(
+        s.time_s[i] > s.time_s[i - 1], "time",
+        fmt::format("must ascend; entry {} is {} s after {} s", i, s.time_s[i], s.time_s[i - 1]));
   }
 }
 
@@ -165,26 +165,26 @@ void DescribeTable(Visitor& v, Quantity quantity, Range range, Schedule* schedul
   int type = -1;
   v.Cases(Required({"type"}), {"triangular", "sine", "intervals", "table", "cubic", "pulse"}, &type,
           [&](int which) {
-    switch (which) {
-      case kTriangular:
-        Describe(v, quantity, range, schedule->emplace<TriangularSchedule>());
-        break;
-      case kSine:
-        Describe(v, quantity, schedule->emplace<SineSchedule>());
-        break;
-      case kIntervals:
-        Describe(v, quantity, range, schedule->emplace<IntervalSchedule>());
-        break;
-      case kCubic:
-        Describe(v, quantity, range, schedule->emplace<CubicSchedule>());
-        break;
-      case kPulse:
-        Describe(v, quantity, range, schedule->emplace<PulseSchedule>());
-        break;
-      default:
-        Describe(v, quantity, range, schedule->emplace<TableSchedule>());
-    }
-  });
+            switch (which) {
+              case kTriangular:
+                Describe(v, quantity, range, schedule->emplace<TriangularSchedule>());
+                break;
+              case kSine:
+                Describe(v, quantity, schedule->emplace<SineSchedule>());
+                break;
+              case kIntervals:
+                Describe(v, quantity, range, schedule->emplace<IntervalSchedule>());
+                break;
+              case kCubic:
+                Describe(v, quantity, range, schedule->emplace<CubicSchedule>());
+                break;
+              case kPulse:
+                Describe(v, quantity, range, schedule->emplace<PulseSchedule>());
+                break;
+              default:
+                Describe(v, quantity, range, schedule->emplace<TableSchedule>());
+            }
+          });
 }
 
 }  // namespace

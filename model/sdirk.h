@@ -15,6 +15,7 @@
 
 namespace mantle::model {
 
+/// Coefficients of one method; the derivation is above.
 struct Sdirk {
   int stages;
   double gamma;

@@ -19,8 +19,8 @@ struct SectionGeometry {
 
 /// Motion of a section, or of the root for loads on it.
 struct SectionMotion {
-  Eigen::Quaterniond rotation;  ///< section to world
-  Vector6 twist;                ///< relative to the water, section frame
+  Eigen::Quaterniond rotation;                       ///< section to world
+  Vector6 twist;                                     ///< relative to the water, section frame
   Vector3 water_acceleration_m_s2{Vector3::Zero()};  ///< world frame
 };
 

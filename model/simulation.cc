@@ -213,7 +213,7 @@ StepStatus Simulation::CrossKink() {
   }
   EvaluateForces(plant_, state_, inputs_, &work_);
   energy_.AddWork(plant_.constraint_place,
-                      EvaluateEnergies(plant_, state_, work_).total() - before_j);
+                  EvaluateEnergies(plant_, state_, work_).total() - before_j);
   return {};
 }
 

@@ -29,6 +29,7 @@ std::string PayloadName(const Plant& plant, int payload);
 /// Payloads that leave at the state's time.
 std::vector<PayloadDrop> DropsAt(const Plant& plant, const PlantState& state);
 
+/// How long a run is, by which steps, and what it keeps account of.
 struct RunSettings {
   double duration_s{1};
   double step_s{0.01};      ///< of fixed steps; the longest of error-controlled ones

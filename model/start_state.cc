@@ -146,8 +146,7 @@ void PoseByStrains(const Plant& plant, int a, const StrainTable& table, PlantSta
     for (int k = 0; k < kSubsteps; ++k) {
       const double mid = rod.x_m[i] + (k + 0.5) * h;
       const Vector6 x = StrainAt(table, mid - offset * h), y = StrainAt(table, mid + offset * h);
-      g = g * ExpSE3(0.5 * h * (x + y) +
-                     (std::sqrt(3.0) / 12.0) * h * h * SmallAdjointTimes(x, y));
+      g = g * ExpSE3(0.5 * h * (x + y) + (std::sqrt(3.0) / 12.0) * h * h * SmallAdjointTimes(x, y));
     }
     g.rotation.normalize();
     state->pose[plant.ArmPose(a, i + 1)] = g;
@@ -173,9 +172,10 @@ void MoveWithRoot(const Plant& plant, PlantState* state) {
 void TakeEquilibrium(const Plant& plant, StaticsSettings settings, PlantState* state) {
   const char* where = "robot.initial = \"static\": ";
   if (plant.root_free()) {
-    throw BadRobot(std::string(where) +
-                   "robot.root = \"free\": needs a held root (\"clamped\" or a prescribed motion): a "
-                   "free robot has no unique equilibrium");
+    throw BadRobot(
+        std::string(where) +
+        "robot.root = \"free\": needs a held root (\"clamped\" or a prescribed motion): a "
+        "free robot has no unique equilibrium");
   }
   settings.time_s = state->time_s;
   settings.max_load_factor = 1.0;

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 
+namespace mantle::model {
+
 /// The longest step that is tried: halved where a step fails, doubled again once it has held. A
 /// step that fails right after it has grown is the one that does not hold, and the next attempt to
 /// grow waits twice as long, so that what cannot be stepped over costs few rejected steps.
-
-namespace mantle::model {
-
 class StepCap {
  public:
   explicit StepCap(double longest_s) : longest_s_(longest_s), now_s_(longest_s) {}

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+namespace mantle::model {
+
 /// Length of error-controlled steps: a PI controller on the ratio of the estimated error to its
 /// tolerance (Gustafsson 1991; Hairer & Wanner II, IV.2),
 ///
@@ -10,9 +12,6 @@
 ///
 /// p + 1 the power of h in the error. Small growth is not taken, so that an iteration matrix can be
 /// kept.
-
-namespace mantle::model {
-
 class StepControl {
  public:
   StepControl(double longest_s, int order)

@@ -28,9 +28,8 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work) {
       const RodElement& e = rod.elements[i];
       const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
       const double x = 0.5 * (rod.x_m[i] + rod.x_m[i + 1]);
-      const bool nominal = arm.pieces.empty()
-                               ? arm.stiffness.has_value()
-                               : PieceAt(arm.pieces, x).piece.stiffness.has_value();
+      const bool nominal = arm.pieces.empty() ? arm.stiffness.has_value()
+                                              : PieceAt(arm.pieces, x).piece.stiffness.has_value();
       const double radius =
           nominal ? 0.0 : 0.5 * (rod.nodes[i].section.radius_m + rod.nodes[i + 1].section.radius_m);
       const double stretch = std::abs(strain(3)) + radius * strain.segment<2>(1).norm();

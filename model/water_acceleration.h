@@ -42,8 +42,8 @@ struct WaterAccelerationLoad {
   }
   void AddPower(const SectionGeometry& s, const SectionMotion& m, const Vector6& working_twist,
                 double scale, double* power_w) const {
-    power_w[place] += scale * water_density_kg_m3 * s.area_m2 *
-                      Acceleration(m).dot(working_twist.tail<3>());
+    power_w[place] +=
+        scale * water_density_kg_m3 * s.area_m2 * Acceleration(m).dot(working_twist.tail<3>());
   }
 
  private:

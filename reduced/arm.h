@@ -65,6 +65,7 @@ struct ReducedPayload {
   std::vector<model::RootLoad> loads;
 };
 
+/// A point wrench, at the end of an interval.
 struct ReducedPoint {
   int interval;  ///< whose end carries it; -1: the base
   model::PointWrench load;

@@ -255,8 +255,8 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
       continue;
     }
     IntervalState& s = work->at[p.interval];
-    s.own_wrench += PayloadWrench(arm, m, p, m.payloads[k], s.rotation, s.position, s.twist,
-                                  s.acceleration);
+    s.own_wrench +=
+        PayloadWrench(arm, m, p, m.payloads[k], s.rotation, s.position, s.twist, s.acceleration);
   }
   for (std::size_t k = 0; k < arm.points.size(); ++k) {
     const ReducedPoint& p = arm.points[k];

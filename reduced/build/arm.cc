@@ -75,9 +75,10 @@ void CheckSegments(const Arm& arm, const StrainBasis& basis) {
       from = to;
     }
     if (!arm.pieces.empty() && !(flexible > kSamePlace * arm.length_m)) {
-      throw BadRobot(fmt::format("segment_ends: the segment from {:.6g} m to {:.6g} m lies in a "
-                                 "rigid piece, must reach into a flexible one",
-                                 g.from_m, g.to_m));
+      throw BadRobot(
+          fmt::format("segment_ends: the segment from {:.6g} m to {:.6g} m lies in a "
+                      "rigid piece, must reach into a flexible one",
+                      g.from_m, g.to_m));
     }
   }
 }
@@ -263,9 +264,8 @@ ReducedArm MakeReducedArm(const model::Plant& plant, int a, const ArmReduction& 
     throw BadRobot(
         fmt::format("points = {}, must be in [1, {}]", reduction.points, kMaxQuadraturePoints));
   }
-  ReducedArm out{.reduction = reduction,
-                 .basis = StrainBasis(reduction, arm.length_m),
-                 .mount = arm.mount};
+  ReducedArm out{
+      .reduction = reduction, .basis = StrainBasis(reduction, arm.length_m), .mount = arm.mount};
   CheckSegments(arm, out.basis);
   double from = 0;
   for (const Station& s : PlaceSections(plant, a, reduction, &out)) {

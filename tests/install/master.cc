@@ -1,6 +1,7 @@
 // A master alone on its bus waits for its drive.
-#include "firmware_sim/bus/loop_bus.h"
 #include "firmware_sim/master/master.h"
+
+#include "firmware_sim/bus/loop_bus.h"
 
 int main() {
   using namespace mantle::firmware_sim;

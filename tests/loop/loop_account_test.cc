@@ -95,7 +95,8 @@ TEST(LoopAccount, TheCostIsTheStageCostOverTime) {
   b.result.cycles = 1;
   b.result.time_s = kPeriod_s;
   b.account.Conclude(&b.result);
-  EXPECT_NEAR(b.result.tension_error_n, 0.1, kRoundOff) << "the actual tension is judged by the commanded one";
+  EXPECT_NEAR(b.result.tension_error_n, 0.1, kRoundOff)
+      << "the actual tension is judged by the commanded one";
 }
 
 TEST(LoopAccount, ACruiseIsJudgedByTheVelocityOverAPulse) {

@@ -16,7 +16,8 @@ constexpr double kStep_s = 5e-5;  // within the stability limit of RK4 for this 
 // A body under gravity alone moves with a polynomial of degree 2, which every method of order 2 and
 // above integrates exactly, and BDF to its tolerance.
 constexpr double kFall_m = 1e-9;
-// Strains are zero to 1e-16; the stiffness over the mass of an element makes speeds of 1e-14 of that.
+// Strains are zero to 1e-16; the stiffness over the mass of an element makes speeds of 1e-14 of
+// that.
 constexpr double kRestRoundOff = 1e-13;
 
 struct Method {

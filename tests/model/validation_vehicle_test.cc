@@ -55,8 +55,8 @@ TEST(Vehicle, UniformArmSinksSidewaysAtItsTerminalVelocity) {
 }
 
 TEST(Vehicle, MantleAndConeSinkAtTheDragOfTheirWidestSection) {
-  // -1/2 rho_w C_d pi max(r)^2 V^2 on the profile as the drag deforms it; max(r) is read off. (A cone
-  // of 2000 kg/m^3 sinks so fast that the mantle is turned inside out.)
+  // -1/2 rho_w C_d pi max(r)^2 V^2 on the profile as the drag deforms it; max(r) is read off. (A
+  // cone of 2000 kg/m^3 sinks so fast that the mantle is turned inside out.)
   Robot robot = PaperRobot(4, 32);
   robot.arms.clear();
   robot.rigid_body->shape = Cone{0.015, 0.112, 1100.0};

@@ -41,8 +41,7 @@ TEST(MantleCompare, PaperSwimsWithinFivePercentOfTheBodyLength) {
   const auto folder = FreshFolder("compare_paper");
   const Outcome outcome = Mantle(folder, "compare " + Scene("paper") + " --out out");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(FilesIn(folder / "out"),
-            kFiles);
+  EXPECT_EQ(FilesIn(folder / "out"), kFiles);
   const auto summary = ReadJson(folder / "out/summary.json");
   EXPECT_EQ(summary.at("complete"), true);
   EXPECT_EQ(summary.at("reason"), "");
@@ -124,8 +123,7 @@ TEST(MantleCompare, RunThatCannotGoOnLeavesPartialResults) {
   EXPECT_NE(outcome.err.find("paper: full model: jet_thrust ran away at t = 0.3"),
             std::string::npos)
       << outcome.err;
-  EXPECT_EQ(FilesIn(folder / "out.partial"),
-            kFiles);
+  EXPECT_EQ(FilesIn(folder / "out.partial"), kFiles);
   const auto summary = ReadJson(folder / "out.partial/summary.json");
   EXPECT_EQ(summary.at("complete"), false);
   EXPECT_EQ(summary.at("full").at("ok"), false);

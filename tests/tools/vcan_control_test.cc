@@ -15,7 +15,7 @@ namespace {
 using firmware_sim::CanFrame;
 
 const std::string kSteer = "run " + Scene("steer") + " --set time.duration=11";
-constexpr double kTolerance_m = 0.0266;  // 5 % of body length, the scene's
+constexpr double kTolerance_m = 0.0266;                           // 5 % of body length, the scene's
 constexpr std::size_t kPeriods = 1100, kFramesPerPeriod = 1 + 5;  // SYNC, five drives' RPDOs
 
 std::vector<CanFrame> ReadLog(const std::filesystem::path& path) {

@@ -109,8 +109,7 @@ std::string Before(const std::filesystem::path& checkpoint_file, const char* nam
 
 }  // namespace
 
-std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file,
-                             const RunCheckpoint& c) {
+std::string TrajectoryBefore(const std::filesystem::path& checkpoint_file, const RunCheckpoint& c) {
   return Before(checkpoint_file, "trajectory.csv", "trajectory", c.trajectory_bytes,
                 c.trajectory_hash);
 }

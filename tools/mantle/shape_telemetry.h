@@ -24,9 +24,9 @@ class ShapeMessages {
   explicit ShapeMessages(const model::Plant& plant);
 
   /// Of a state of the plant, or of one lifted from the reduced model; tensions in the order of
-  /// Sample::cable_tension_n [N], 0 where there are none. Poses are the earth's, a current's drift added. Throws
-  /// std::logic_error where the state's elements turn too far to have a strain, which no step
-  /// leaves.
+  /// Sample::cable_tension_n [N], 0 where there are none. Poses are the earth's, a current's drift
+  /// added. Throws std::logic_error where the state's elements turn too far to have a strain, which
+  /// no step leaves.
   const ShapeTelemetry& Of(const model::PlantState& state, const std::vector<double>& tension_n);
 
   /// Elements in a span; 1: every node is kept.
