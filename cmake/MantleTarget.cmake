@@ -68,6 +68,9 @@ elseif(MANTLE_SANITIZE)
     sdo_client sdo_server state_machine traffic winch winding)
 endif()
 list(TRANSFORM sanitized PREPEND firmware_sim. OUTPUT_VARIABLE MANTLE_SANITIZED_TESTS)
+if(MANTLE_SANITIZE MATCHES thread)
+  list(APPEND MANTLE_SANITIZED_TESTS loop.between_threads)
+endif()
 
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
 function(mantle_test name)
