@@ -20,6 +20,7 @@ using schema::Range;
 using schema::Required;
 using schema::Visitor;
 
+constexpr double kSameStrain = 1e-9;  // rad/m, and of stretch: rounding of what a scene gives
 constexpr std::string_view kUnique = "unique in the arm";
 
 // Name of the n-th of its kind where the scene gives none.
@@ -141,6 +142,27 @@ void DescribeInitialStrain(Visitor& v, const Arm& arm, StrainTable& table) {
   component("stretch", "1: none", Quantity::kNumber, 3);
   component("shear_y", "", Quantity::kNumber, 4);
   component("shear_z", "", Quantity::kNumber, 5);
+}
+
+// A rigid piece starts as it is at rest. The table is linear between its places: it is that all
+// along a piece that it is at both ends and at the places between.
+void DemandRestOnRigidPieces(Visitor& v, const Arm& arm, const StrainTable& table) {
+  double from = 0;
+  for (const ArmPiece& piece : arm.pieces) {
+    const double to = from + piece.length_m;
+    std::vector<double> places = {from, to};
+    for (double x : table.at_m) {
+      if (x > from && x < to) places.push_back(x);
+    }
+    for (double x : places) {
+      const double off = (StrainAt(table, x) - ArmRestStrain(arm, x)).cwiseAbs().maxCoeff();
+      v.Demand(!piece.rigid || off < kSameStrain, "initial_strain",
+               fmt::format("must be as at rest on the rigid piece from {:.6g} to {:.6g} m; at "
+                           "{:.6g} m it differs by {:.3g}",
+                           from, to, x, off));
+    }
+    from = to;
+  }
 }
 
 void DescribePoint(Visitor& v, int index, double length_m, PointWrench& p) {
@@ -269,6 +291,7 @@ void DescribeArm(Visitor& v, int index, Arm& arm) {
                         .fallback = "as at rest",
                         .also = "not with `robot.initial`"}),
               [&](Visitor& t) { DescribeInitialStrain(t, arm, strain); })) {
+    if (!v.describing()) DemandRestOnRigidPieces(v, arm, strain);
     arm.initial_strain = strain;
   }
   DescribeList(v, {"initial_modes", "velocities at t = 0 in modes of vibration; they add up"},

@@ -105,6 +105,15 @@ bool IsRigidAt(const Arm& arm, double x_m) {
   return !arm.pieces.empty() && PieceAt(arm.pieces, x_m).piece.rigid;
 }
 
+Vector6 StrainAt(const StrainTable& table, double x) {
+  const auto after = std::upper_bound(table.at_m.begin(), table.at_m.end(), x);
+  if (after == table.at_m.begin()) return table.strain.front();
+  if (after == table.at_m.end()) return table.strain.back();
+  const auto i = static_cast<std::size_t>(after - table.at_m.begin());
+  const double share = (x - table.at_m[i - 1]) / (table.at_m[i] - table.at_m[i - 1]);
+  return table.strain[i - 1] + share * (table.strain[i] - table.strain[i - 1]);
+}
+
 Matrix6 PieceStiffness(const ArmPiece& piece, double share) {
   if (piece.stiffness) return *piece.stiffness;
   const SectionArea s = AreaOf(piece, share);

@@ -47,6 +47,8 @@ PiecePlace PieceAt(const std::vector<ArmPiece>& pieces, double x_m);
 std::vector<double> PieceBorders(const Arm& arm, bool nodes);
 /// Whether strains are held at zero there.
 bool IsRigidAt(const Arm& arm, double x_m);
+/// Strain of a table at arc length x: linear between its places, constant beyond.
+Vector6 StrainAt(const StrainTable& table, double x_m);
 
 /// A rigid piece is this many times as stiff, in every strain, as the stiffest flexible section of
 /// its arm; the reduced model gives it no strains at all.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "model/arm_section.h"
 #include "model/modes.h"
 
 namespace mantle::model {
@@ -125,15 +126,6 @@ void AddModesByNumber(const Plant& plant, PlantState* state) {
       }
     }
   }
-}
-
-Vector6 StrainAt(const StrainTable& table, double x) {
-  const auto after = std::upper_bound(table.at_m.begin(), table.at_m.end(), x);
-  if (after == table.at_m.begin()) return table.strain.front();
-  if (after == table.at_m.end()) return table.strain.back();
-  const auto i = static_cast<std::size_t>(after - table.at_m.begin());
-  const double share = (x - table.at_m[i - 1]) / (table.at_m[i] - table.at_m[i - 1]);
-  return table.strain[i - 1] + share * (table.strain[i] - table.strain[i - 1]);
 }
 
 // Nodes of an arm of given strains, from its base outwards: fourth-order Magnus steps.

@@ -8,6 +8,7 @@ using model::SmallAdjointTimes;
 
 /// Columns on the stack.
 using LocalColumns = Eigen::Matrix<double, 6, Eigen::Dynamic, Eigen::RowMajor, 6, kMostColumns>;
+using LocalRow = Eigen::Matrix<double, 1, Eigen::Dynamic, Eigen::RowMajor, 1, kMostColumns>;
 
 // d xi1^ B2 - d xi2^ B1, the strain-dependent part of dOmega/dq for strains (a, b).
 void AddMagnus(const Interval& v, const Vector6& a, const Vector6& b, LocalColumns* e) {
@@ -97,10 +98,9 @@ void AddCables(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork* wo
       Matrix6 hessian;
       CablePieceLength(p.piece, p.element, p.reference + p.basis.lazyProduct(q), nullptr, &hessian);
       const Vector6 turned = in.damping_n_s_m * (hessian * Vector6(p.basis.lazyProduct(q1)));
-      for (int j = 0; j < group.columns; ++j) {
-        out->stiffness.col(first + group.first + j).segment(first, n) +=
-            turned.dot(p.basis.col(j)) * gradient;
-      }
+      const LocalRow rate = turned.transpose().lazyProduct(p.basis);
+      out->stiffness.block(first, first + group.first, n, group.columns).noalias() +=
+          gradient.lazyProduct(rate);
     }
   }
 }

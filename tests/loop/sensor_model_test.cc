@@ -38,9 +38,11 @@ VectorX Deviations(const ReducedModel& model, const SensorOptions& o) {
   d.segment<3>(3).setConstant(o.position_m);
   d.segment<3>(n).setConstant(o.angular_velocity_rad_s);
   d.segment<3>(n + 3).setConstant(o.velocity_m_s);
-  const int arm = 6 + model.arm_first(0), size = model.arms[0].size();
-  d.segment(arm, size).setConstant(o.strain);
-  d.segment(n + arm, size).setConstant(o.strain_rate);
+  for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
+    const int arm = 6 + model.arm_first(a), size = model.arms[a].size();
+    d.segment(arm, size).setConstant(o.strain);
+    d.segment(n + arm, size).setConstant(o.strain_rate);
+  }
   const int mantle = 6 + model.mantle_first();
   d.segment(mantle, model.mantle->size) = o.mantle * model.mantle->basis.scale;
   d.segment(n + mantle, model.mantle->size) = o.mantle_rate * model.mantle->basis.scale;
@@ -69,10 +71,12 @@ struct Statistics {
 };
 
 TEST(SensorModel, NoiseHasTheDeviationsOfTheOptionsAndNoMean) {
-  ControlScene world("steer.toml");
-  const Statistics s(&world, Noisy());
-  EXPECT_LT(s.mean.cwiseAbs().maxCoeff(), kMean);
-  EXPECT_LT((s.deviation.array() - 1.0).abs().maxCoeff(), kDeviation);
+  for (const char* scene : {"steer.toml", "octopus_swim.toml"}) {  // one arm, eight
+    ControlScene world(scene);
+    const Statistics s(&world, Noisy());
+    EXPECT_LT(s.mean.cwiseAbs().maxCoeff(), kMean) << scene;
+    EXPECT_LT((s.deviation.array() - 1.0).abs().maxCoeff(), kDeviation) << scene;
+  }
 }
 
 TEST(SensorModel, BiasIsDrawnOnceAndStaysApartFromTheNoise) {

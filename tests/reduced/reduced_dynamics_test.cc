@@ -161,7 +161,8 @@ TEST(ReducedDynamics, GaussSectionsAreWhatThePlantsMeshConvergesTo) {
   EXPECT_LT(c[2].inertia, kThirtyTwo);
 }
 
-void ExpectDerivativesMatchDifferences(const model::Robot& robot) {
+void ExpectDerivativesMatchDifferences(const model::Robot& robot,
+                                       model::CableInput reel = {.reeled = false}) {
   for (BasisKind kind : {BasisKind::kConstant, BasisKind::kLegendre}) {
     Reduction reduction;
     reduction.arms[0].basis = kind;
@@ -171,7 +172,11 @@ void ExpectDerivativesMatchDifferences(const model::Robot& robot) {
     const int n = model.velocity_count();
     const ReducedState s = RandomReducedState(model, 1.0, 7);
     const model::VectorX a = tests::RandomVector(n, 3);
-    const PlantInputs inputs = SomeInputs(model);
+    PlantInputs inputs = SomeInputs(model);
+    for (std::size_t i = 0; reel.reeled && i < inputs.cables.size(); ++i) {
+      reel.reel_m = model.plant.cable_rest_m[i] - 0.03;  // far from slack in every state asked
+      inputs.cables[i] = reel;
+    }
     ReducedWork work(model);
     ReducedJacobians j(model);
     const auto at = [&](const ReducedState& state, const model::VectorX& acceleration,
@@ -206,12 +211,15 @@ void ExpectDerivativesMatchDifferences(const model::Robot& robot) {
         [&](const Eigen::VectorXd& x) {
           PlantInputs in = inputs;
           int k = 0;
-          for (auto& c : in.cables) c.tension_n += x(k++);
+          for (auto& c : in.cables) {
+            (c.reeled ? c.reel_m : c.tension_n) += x(k++);
+          }
           for (auto& d : in.distributed) d += x(k++);
           for (auto& p : in.strips_pa) p += x(k++);
           return at(s, a, in);
         },
-        model::VectorX::Zero(model.input_count()), model::VectorX::Ones(model.input_count()));
+        model::VectorX::Zero(model.input_count()),
+        model::VectorX::Constant(model.input_count(), reel.reeled ? 1e-3 : 1.0));
     at(s, a, inputs);
     Linearise(model, s, a, inputs, true, &work, &j);
     constexpr double kDerivative = 1e-7;  // drag has kinks of |u|, whose fourth derivative is large
@@ -227,6 +235,30 @@ TEST(ReducedDynamics, DerivativesMatchDifferences) {
   robot.arms[0].points = {
       {"tip", 0.42, model::Vector6::Ones() * 0.02, model::LoadFrame::kWorld, {}}};
   ExpectDerivativesMatchDifferences(robot);
+}
+
+TEST(ReducedDynamics, DerivativesMatchDifferencesOnReelsThatDamp) {
+  model::CableInput reel;
+  reel.reeled = true;
+  reel.reel_rate_m_s = -0.02;
+  reel.stiffness_n_m = 20.0;
+  reel.damping_n_s_m = 3.0;
+  ExpectDerivativesMatchDifferences(tests::ControlRobot(8, 32), reel);
+}
+
+// What sits where the arm begins moves with the root: a payload and a force there.
+TEST(ReducedDynamics, EqualsPlantWithWhatSitsAtAnArmsRoot) {
+  model::Robot robot = tests::ControlRobot(8, 24);
+  model::Arm& arm = robot.arms[0];
+  arm.points = {{"at the root", 0.0, model::Vector6::Ones() * 0.02, model::LoadFrame::kWorld, {}}};
+  model::Payload payload{.name = "at the root", .mass_kg = 0.05};
+  payload.offset_m = {0.004, 0.01, -0.006};
+  arm.payloads = {payload};
+  const Reduction reduction = tests::EquivalentReduction(robot);
+  const Compared c = CompareWithPlant(robot, reduction, 21);
+  EXPECT_LT(c.forces, kProjection);
+  EXPECT_LT(c.inertia, kProjection);
+  EXPECT_LT(c.power, kProjection);
 }
 
 TEST(ReducedDynamics, DerivativesMatchDifferencesWithAllThatAnArmMayCarry) {

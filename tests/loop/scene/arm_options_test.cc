@@ -93,6 +93,11 @@ TEST(ArmOptions, ContradictionsAreRefusedByName) {
       {"arms.arm.pieces[1].flooded=true", "arms[0].pieces[1].flooded"},
       {"arms.arm.pieces[2].length=0.1", "arms.arm.pieces: their lengths add up to"},
       {"arms.arm.pieces[0].stiffness_matrix=[1, 2, 3]", "arms[0].pieces[0].stiffness_matrix"},
+      {"arms.arm.pieces[1].stiffness=[1, 1, 1, 1, 1, 1]", "arms[0].pieces[1].stiffness"},
+      {"arms.arm.pieces[1].shear_correction=0.9", "arms[0].pieces[1].shear_correction"},
+      {"arms.arm.initial_strain={at = [0], bending_y = [1]}", "arms[0].initial_strain"},
+      {"arms.arm.initial_strain={at = [0.04, 0.12, 0.2], bending_y = [0, 1, 0]}",
+       "arms[0].initial_strain"},
       {"arms.arm.muscles[0].wave_length=0", "arms[0].muscles[0].wave_length"},
       {"arms.arm.payloads[0].mass=0", "arms[0].payloads[0].mass"},
       {"arms.arm.payloads[0].drop=0", "arms[0].payloads[0].drop"},
@@ -115,6 +120,10 @@ TEST(ArmOptions, ContradictionsAreRefusedByName) {
       Message({"robot.initial=\"static\"", "arms.arm.initial_strain={at = [0], bending_y = [1]}"})
           .find("arms[0].initial_strain"),
       std::string::npos);
+  EXPECT_EQ(Message({"arms.arm.initial_strain={at = [0.05, 0.1, 0.15, 0.2], "
+                     "bending_y = [1, 0, 0, 1]}"}),
+            "")
+      << "as at rest along the rigid piece";
   EXPECT_EQ(Message({}), "") << "the scene they are made from is sound";
 }
 
