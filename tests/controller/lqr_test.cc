@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/QR>
 #include <cmath>
 
 #include "reduced/outputs.h"
@@ -54,18 +54,17 @@ TEST(Riccati, DoublingsAreTheRecursion) {
   }
 }
 
-// A basis of what the inputs reach: left singular vectors of [B, A B, A^2 B, ...], each block
-// scaled to stay of order one.
+// An orthonormal basis of what the inputs reach: of the columns of [B, A B, A^2 B, ...], each
+// scaled to one.
 MatrixXd Reachable(const MatrixXd& a, const MatrixXd& b) {
   MatrixXd krylov(a.rows(), 2 * a.rows()), block = b;
   for (Eigen::Index i = 0; i < a.rows(); ++i) {
     for (Eigen::Index j = 0; j < 2; ++j) krylov.col(2 * i + j) = block.col(j).normalized();
     block = a * block;
   }
-  const Eigen::BDCSVD<MatrixXd> svd(krylov, Eigen::ComputeThinU);
-  constexpr double kReached = 1e-7;  // directions below are reached by round-off
-  const auto count = (svd.singularValues().array() > kReached * svd.singularValues()(0)).count();
-  return svd.matrixU().leftCols(count);
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(krylov);
+  qr.setThreshold(1e-7);  // directions below are reached by round-off
+  return MatrixXd(qr.householderQ()).leftCols(qr.rank());
 }
 
 class SteeringLqr : public ::testing::TestWithParam<bool> {
