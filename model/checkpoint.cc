@@ -52,11 +52,11 @@ template <typename Number>
 void Walk(PlantState* state, Number number) {
   number(state->time_s);
   for (Pose& p : state->pose) {
-    for (int k = 0; k < 4; ++k) number(p.rotation.coeffs()(k));
-    for (int k = 0; k < 3; ++k) number(p.position(k));
+    for (double& x : p.rotation.coeffs()) number(x);
+    for (double& x : p.position) number(x);
   }
   for (Vector3& q : state->shape) {
-    for (int k = 0; k < 3; ++k) number(q(k));
+    for (double& x : q) number(x);
   }
   for (double& v : state->velocity) number(v);
 }
@@ -92,7 +92,7 @@ std::string Simulation::Checkpoint() const {
     out.Put(drop.payload);
     out.Put(drop.time_s);
     for (const Vector3& v : {drop.centre_m, drop.velocity_m_s, drop.momentum_kg_m_s}) {
-      for (int k = 0; k < 3; ++k) out.Put(v(k));
+      for (double x : v) out.Put(x);
     }
     out.Put(drop.kinetic_energy_j);
   }
@@ -132,7 +132,7 @@ void Simulation::Restore(const std::string& checkpoint) {
     drop.name = PayloadName(plant_, drop.payload);
     drop.time_s = in.Get();
     for (Vector3* v : {&drop.centre_m, &drop.velocity_m_s, &drop.momentum_kg_m_s}) {
-      for (int k = 0; k < 3; ++k) (*v)(k) = in.Get();
+      for (double& x : *v) x = in.Get();
     }
     drop.kinetic_energy_j = in.Get();
   }

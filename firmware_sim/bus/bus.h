@@ -39,6 +39,8 @@ class Bus {
   virtual BusStatus Send(std::span<const CanFrame> frames) = 0;
 
   /// Copies up to `frames.size()` waiting frames, oldest first, without blocking; returns how many.
+  /// Bounded work: no more than `frames.size()` datagrams or frames are looked at, so that fewer,
+  /// even none, may be returned though more wait (foreign ones, malformed ones, our own).
   virtual std::size_t Receive(std::span<CanFrame> frames) = 0;
 
   /// Waits until a frame is ready or `timeout_us` passed (returns at once for in-process buses).

@@ -55,6 +55,9 @@ class UdpMulticastBus final : public Bus {
     }
     Demand(bind(receiver_, reinterpret_cast<const sockaddr*>(&group_), sizeof(group_)) == 0, errno,
            address);
+    // Without this a socket hears what any program of this machine joined, on any interface.
+    const int off = 0;
+    set(receiver_, IPPROTO_IP, IP_MULTICAST_ALL, off);
     set(receiver_, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership);
     set(sender_, IPPROTO_IP, IP_MULTICAST_TTL, hops);
     set(sender_, IPPROTO_IP, IP_MULTICAST_LOOP, on);
@@ -97,9 +100,10 @@ class UdpMulticastBus final : public Bus {
 
   std::size_t Receive(std::span<CanFrame> frames) override {
     std::size_t done = 0;
-    while (done < frames.size()) {
-      // No more than there is room for: a datagram taken off the socket cannot go back.
-      const std::size_t count = std::min(kBatch, frames.size() - done);
+    // No more datagrams than there is room for frames: one taken off the socket cannot go back, and
+    // whoever floods the group with rubbish does not hold up the caller.
+    for (std::size_t seen = 0; seen < frames.size();) {
+      const std::size_t count = std::min(kBatch, frames.size() - seen);
       for (std::size_t i = 0; i < count; ++i) {
         vectors_[i] = {receive_[i].data(), receive_[i].size()};
         msghdr& header = headers_[i].msg_hdr;
@@ -118,6 +122,7 @@ class UdpMulticastBus final : public Bus {
       for (int i = 0; i < got; ++i) {
         if (Accept(static_cast<std::size_t>(i), frames[done])) ++done;
       }
+      seen += static_cast<std::size_t>(got);
       if (static_cast<std::size_t>(got) < count) break;
     }
     return done;

@@ -202,6 +202,7 @@ inline constexpr std::uint16_t kErrorHistory = 0x1003;
 inline constexpr std::uint16_t kCobIdSync = 0x1005;
 inline constexpr std::uint16_t kDeviceName = 0x1008;
 inline constexpr std::uint16_t kCobIdEmcy = 0x1014;
+inline constexpr std::uint16_t kEmcyInhibit = 0x1015;        ///< unit 100 us
 inline constexpr std::uint16_t kConsumerHeartbeat = 0x1016;  ///< :1 = node << 16 | time_ms
 inline constexpr std::uint16_t kProducerHeartbeat = 0x1017;  ///< ms
 inline constexpr std::uint16_t kIdentity = 0x1018;

@@ -7,6 +7,7 @@ namespace mantle::firmware_sim {
 namespace {
 
 constexpr std::int64_t kMillisecond_us = 1000;
+constexpr std::int64_t kEmcyInhibitUnit_us = 100;
 
 std::int64_t Period_us(const ObjectDictionary& objects, std::size_t slot) {
   return kMillisecond_us * static_cast<std::int64_t>(objects.Raw(slot) & 0xFFFFU);
@@ -34,6 +35,7 @@ void CanopenNode::Boot(std::int64_t time_us, bool communication_only) {
   }
   pdos_ = PdoSet{};
   pdos_.Configure(objects_);
+  emergencies_.Clear();
   if (communication_only) {
     emergency_.Clear(EmcyCode::kPdoLength, objects_);
     emergency_.UpdateRegister(objects_);
@@ -49,6 +51,7 @@ void CanopenNode::Boot(std::int64_t time_us, bool communication_only) {
 
 void CanopenNode::SetState(NmtState state) {
   if (state != NmtState::kOperational) pdos_.DropBuffered();
+  if (state == NmtState::kStopped) emergencies_.Clear();
   state_ = state;
 }
 
@@ -65,6 +68,25 @@ void CanopenNode::SendHeartbeat(NmtState state) {
   frame.size = 1;
   frame.data[0] = static_cast<std::uint8_t>(state);
   Send(frame);
+}
+
+bool CanopenNode::EmcyMayLeave() const {
+  const std::int64_t inhibit_us =
+      kEmcyInhibitUnit_us * static_cast<std::int64_t>(objects_.Raw(Slot(object::kEmcyInhibit)));
+  return now_us_ - last_emcy_us_ >= inhibit_us;
+}
+
+void CanopenNode::SendEmcy(const CanFrame& frame) {
+  if (emergencies_.empty() && EmcyMayLeave()) {
+    Send(frame);
+    last_emcy_us_ = now_us_;
+    return;
+  }
+  if (emergencies_.size() == emergencies_.capacity()) {
+    emergencies_.Pop();
+    ++frames_dropped_;
+  }
+  emergencies_.Push(frame);
 }
 
 NodeEvents CanopenNode::OnFrame(const CanFrame& frame, std::int64_t time_us, bool enabled) {
@@ -151,7 +173,12 @@ void CanopenNode::SendSyncTpdos(std::int64_t time_us) {
 }
 
 void CanopenNode::Tick(std::int64_t time_us) {
+  now_us_ = time_us;
   if (state_ == NmtState::kBootUp) return;
+  if (!emergencies_.empty() && EmcyMayLeave()) {
+    Send(emergencies_.Pop());
+    last_emcy_us_ = time_us;
+  }
   const std::int64_t period_us = Period_us(objects_, Slot(object::kProducerHeartbeat));
   if (period_us > 0 && time_us >= next_heartbeat_us_) {
     SendHeartbeat(state_);
@@ -192,12 +219,12 @@ void CanopenNode::TouchRpdos(std::int64_t time_us) {
 void CanopenNode::Raise(EmcyCode code) {
   if (!emergency_.Raise(code, objects_) || state_ == NmtState::kStopped) return;
   const auto bits = static_cast<std::uint8_t>(objects_.Raw(Slot(object::kErrorRegister)));
-  Send(MakeEmcy(objects_.node(), code, bits));
+  SendEmcy(MakeEmcy(objects_.node(), code, bits));
 }
 
 void CanopenNode::Clear(EmcyCode code) {
   if (!emergency_.Clear(code, objects_) || state_ == NmtState::kStopped) return;
-  Send(MakeEmcy(objects_.node(), EmcyCode::kNoError, 0));
+  SendEmcy(MakeEmcy(objects_.node(), EmcyCode::kNoError, 0));
 }
 
 }  // namespace mantle::firmware_sim

@@ -28,6 +28,8 @@ class CanopenNode {
  public:
   /// Frames that may wait to be taken: a cycle has three, a reset or a fault two more.
   static constexpr std::size_t kOutCapacity = 64;
+  /// EMCYs that may wait for the time in 1015; of more, the oldest is lost (1003 has its code).
+  static constexpr std::size_t kEmcyCapacity = 8;
 
   explicit CanopenNode(NodeId node) : objects_(node) { pdos_.Configure(objects_); }
 
@@ -58,7 +60,7 @@ class CanopenNode {
   bool LatchRpdos() { return pdos_.ApplyBuffered(objects_); }
   void SendSyncTpdos(std::int64_t time_us);
 
-  /// Heartbeat and event-driven TPDOs that are due.
+  /// Heartbeat, event-driven TPDOs and an EMCY held back by 1015 that are due.
   void Tick(std::int64_t time_us);
 
   /// The master's heartbeat was heard once and is overdue now.
@@ -75,10 +77,15 @@ class CanopenNode {
   void OnCommunicationError();
 
  private:
+  static constexpr std::int64_t kNever_us = INT64_MIN / 2;
+
   void Send(const CanFrame& frame) {
     if (!out_.Push(frame)) ++frames_dropped_;
   }
   void SendHeartbeat(NmtState state);
+  /// At once, or where the last was less than 1015 ago, when that is over.
+  void SendEmcy(const CanFrame& frame);
+  bool EmcyMayLeave() const;
   void OnNmt(const CanFrame& frame, NodeEvents& events);
   void OnSdo(const CanFrame& frame, bool enabled, NodeEvents& events);
   void AfterWrite(std::size_t slot, std::int64_t time_us);
@@ -87,12 +94,14 @@ class CanopenNode {
   PdoSet pdos_;
   Emergency emergency_;
   FrameRing out_{kOutCapacity};
+  FrameRing emergencies_{kEmcyCapacity};
   std::uint64_t frames_dropped_{0};
   NmtState state_{NmtState::kBootUp};
   std::int64_t next_heartbeat_us_{0};
   std::int64_t last_sync_us_{0};
   std::int64_t last_master_us_{0};
   std::int64_t now_us_{0};
+  std::int64_t last_emcy_us_{kNever_us};
   bool master_armed_{false};
   bool master_lost_{false};
 };

@@ -82,6 +82,7 @@ inline constexpr auto kHead = std::to_array<ObjectEntry>({
     Row(0x1005, 0, kU32, kRw, kCobSync, kCobSync, kCobSync, "COB-ID SYNC"),
     Full(0x1008, 0, kString, kConst, 0x5652444D, "Manufacturer device name"),  // "MDRV"
     PlusNode(Full(0x1014, 0, kU32, kRo, 0x80, "COB-ID EMCY")),
+    Full(0x1015, 0, kU16, kRw, 100, "Inhibit time EMCY"),  // 10 ms
     Count(0x1016, 1),
     Row(0x1016, 1, kU32, kRw, kMasterNode << 16U | 200U, 0, 0x7FFFFF, "Consumer heartbeat time"),
     Full(0x1017, 0, kU16, kRw, 100, "Producer heartbeat time"),
@@ -135,12 +136,12 @@ inline constexpr auto kTpdo2Map =
 
 inline constexpr auto kTpdos = std::to_array<ObjectEntry>({
     Count(0x1800, 5),
-    PlusNode(Full(0x1800, 1, kU32, kRw, 0x180, "COB-ID used by TPDO1")),
+    PlusNode(Full(0x1800, 1, kU32, kRw, kPdoNoRtr | 0x180, "COB-ID used by TPDO1")),
     Full(0x1800, 2, kU8, kRw, 1, "Transmission type"),
     Full(0x1800, 3, kU16, kRw, 0, "Inhibit time"),
     Full(0x1800, 5, kU16, kRw, 0, "Event timer"),
     Count(0x1801, 5),
-    PlusNode(Full(0x1801, 1, kU32, kRw, 0x280, "COB-ID used by TPDO2")),
+    PlusNode(Full(0x1801, 1, kU32, kRw, kPdoNoRtr | 0x280, "COB-ID used by TPDO2")),
     Full(0x1801, 2, kU8, kRw, 1, "Transmission type"),
     Full(0x1801, 3, kU16, kRw, 0, "Inhibit time"),
     Full(0x1801, 5, kU16, kRw, 0, "Event timer"),

@@ -108,6 +108,8 @@ class Drive {
   double Supply_v() const;
   double Ambient_c() const;
 
+  /// From the end of the torque to the boot-up message of a reset: a processor starts.
+  static constexpr std::int64_t kStartUpTime_us = 5'000;
   static constexpr MotorData kMotor{};
   static constexpr WinchData kWinch{};
   static constexpr PowerStageData kStage{};
@@ -127,6 +129,7 @@ class Drive {
   std::int64_t now_us_;
   std::int64_t next_tick_us_;
   std::int64_t stopping_since_us_{0};
+  std::int64_t start_up_until_us_{0};  ///< of a reset: the boot-up message follows
   std::uint16_t last_controlword_{0};
   bool stage_tripped_{false};  ///< the over-current comparator switched the stage off
   bool encoder_broken_{false};

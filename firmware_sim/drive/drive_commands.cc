@@ -59,6 +59,7 @@ void Drive::OnNmt(NmtCommand command) {
         release_.Begin(ReleaseKind::kTorqueRamp, motion_, now_us_);
       }
       reset_pending_ = true;
+      start_up_until_us_ = now_us_ + kStartUpTime_us;
       reset_communication_only_ = command == NmtCommand::kResetCommunication;
       node_.Suspend();
       FinishReset();
@@ -67,7 +68,9 @@ void Drive::OnNmt(NmtCommand command) {
 }
 
 void Drive::FinishReset() {
-  if (!reset_pending_ || release_.holds_torque()) return;
+  if (!reset_pending_) return;
+  if (release_.holds_torque()) start_up_until_us_ = now_us_ + kStartUpTime_us;
+  if (now_us_ < start_up_until_us_) return;
   reset_pending_ = false;
   last_controlword_ = 0;
   node_.Boot(now_us_, reset_communication_only_);

@@ -70,7 +70,7 @@ class StepFinder {
 
 void OfferPdo(const PdoPlan& plan, const DriveSettings& settings, NodeId node, bool used,
               StepFinder& finder) {
-  const std::uint32_t cob_id = plan.cob_base + node;
+  const std::uint32_t cob_id = (plan.receive ? 0U : kPdoNoRtr) | (plan.cob_base + node);
   finder.Offer(plan.communication, 1, 4, cob_id | kPdoInvalid);
   if (!used) return;
   finder.Offer(plan.mapping, 0, 1, 0);

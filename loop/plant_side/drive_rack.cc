@@ -8,6 +8,9 @@ namespace mantle::loop {
 using firmware_sim::CanFrame;
 using firmware_sim::Drive;
 
+// A bus in flood must not keep the drives' clocks from going on.
+constexpr std::size_t kMostFramesAPump = 4096;
+
 DriveRack::DriveRack(firmware_sim::Bus& bus, int count, const firmware_sim::CableLoad& cable,
                      std::int64_t start_us)
     : bus_(bus) {
@@ -20,7 +23,9 @@ DriveRack::DriveRack(firmware_sim::Bus& bus, int count, const firmware_sim::Cabl
 
 void DriveRack::Pump(std::int64_t now_us) {
   std::array<CanFrame, 64> batch;
-  for (std::size_t count = 0; (count = bus_.Receive(batch)) > 0;) {
+  for (std::size_t looked = 0; looked < kMostFramesAPump; looked += batch.size()) {
+    const std::size_t count = bus_.Receive(batch);
+    if (count == 0) break;
     for (std::size_t i = 0; i < count; ++i) {
       for (Drive& drive : drives_) drive.OnFrame(batch[i], now_us);
     }

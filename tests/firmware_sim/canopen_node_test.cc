@@ -145,6 +145,10 @@ TEST(CanopenNode, ResetNodeRestoresEveryDefaultAndBoots) {
   bench.Nmt(NmtCommand::kStart);
   bench.frames.clear();
   bench.Nmt(NmtCommand::kResetNode, 1);
+  bench.Advance(4'000);
+  EXPECT_TRUE(bench.frames.empty()) << "deaf and mute while it starts";
+  EXPECT_FALSE(bench.Upload(0x1000, 0).came);
+  bench.Advance(1'000);
   ASSERT_EQ(bench.frames.size(), 1U);
   EXPECT_EQ(bench.frames[0].data[0], 0);
   EXPECT_EQ(bench.drive.nmt_state(), NmtState::kPreOperational);
@@ -157,6 +161,7 @@ TEST(CanopenNode, ResetCommunicationLeavesTheDevicesObjects) {
   bench.Download(0x1017, 0, 2, 77);
   bench.Download(0x6065, 0, 4, 5);
   bench.Nmt(NmtCommand::kResetCommunication, 1);
+  bench.Advance(5'000);
   EXPECT_EQ(HeartbeatStates(bench), (std::vector<std::uint8_t>{0, 0}));
   EXPECT_EQ(bench.Number(Slot(0x1017)), 100);
   EXPECT_EQ(bench.Number(Slot(0x6065)), 5);
@@ -167,8 +172,48 @@ TEST(CanopenNode, ResetCommunicationDoesNotWashAFaultAway) {
   bench.drive.Disturb(Disturbance::kEncoderBroken);
   bench.Advance(10'000);
   bench.Nmt(NmtCommand::kResetCommunication);
+  bench.Advance(5'000);
   EXPECT_EQ(bench.drive.state(), DriveState::kFault);
   EXPECT_EQ(bench.Number(Slot(0x1001)), 0x21);
+}
+
+TEST(CanopenNode, EmergenciesLeaveNoCloserThanTheInhibitTime) {
+  DriveBench bench;
+  constexpr int kInhibit_us = 50'000;
+  bench.Download(0x1015, 0, 2, kInhibit_us / 100);
+  bench.Nmt(NmtCommand::kStart);
+  bench.frames.clear();
+  // An RPDO that is too short at every other millisecond: an error comes and goes.
+  for (int i = 0; i < 500; ++i) {
+    bench.Send(i % 2 == 0 ? Frame(0x201, {0}) : Frame(0x201, {0, 0, 0, 0, 0, 0, 0, 0}));
+    bench.Advance(1'000);
+  }
+  const auto sent = bench.WithId(CobEmcy(bench.node()));
+  ASSERT_EQ(sent.size(), 11U) << "at once, then one in each 50 ms of 500 ms";
+  for (std::size_t i = 1; i < sent.size(); ++i) {
+    EXPECT_GE(sent[i].time_us - sent[i - 1].time_us, kInhibit_us) << i;
+  }
+  EXPECT_GT(bench.drive.frames_dropped(), 0U) << "of more than eight that wait the oldest is lost";
+  // What waits comes when its time has come, and then no more: the last of those above left room.
+  bench.Advance(1'000'000);
+  EXPECT_EQ(bench.WithId(CobEmcy(bench.node())).size(),
+            sent.size() + CanopenNode::kEmcyCapacity - 1);
+  EXPECT_EQ(bench.Emergencies().back(), EmcyCode::kNoError);
+}
+
+TEST(CanopenNode, AStoppedNodeSendsNoEmergencyThatWaited) {
+  DriveBench bench;
+  bench.Download(0x1015, 0, 2, 1000);
+  bench.Nmt(NmtCommand::kStart);
+  bench.frames.clear();
+  bench.Send(Frame(0x201, {0}));
+  bench.Send(Frame(0x201, {0, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(bench.Emergencies(), (std::vector<EmcyCode>{EmcyCode::kPdoLength}));
+  bench.Nmt(NmtCommand::kStop);
+  bench.Advance(1'000'000);
+  bench.Nmt(NmtCommand::kPreOperational);
+  bench.Advance(1'000'000);
+  EXPECT_EQ(bench.Emergencies().size(), 1U);
 }
 
 }  // namespace

@@ -78,7 +78,7 @@ def main():
 
     # What a master reads from it to address the PDOs of node 5.
     assert value(eds["1400sub1"]["DefaultValue"]) == 0x205
-    assert value(eds["1801sub1"]["DefaultValue"]) == 0x285
+    assert value(eds["1801sub1"]["DefaultValue"]) == 0x40000285  # no RTR
     assert value(eds["1A00sub1"]["DefaultValue"]) == 0x60410010
     print(f"{len(listed)} objects, {len(sections)} sections")
 

@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "tests/firmware_sim/drive_bench.h"
@@ -70,11 +71,16 @@ std::vector<CanFrame> Enabling() {
           Frame(0x080, {})};
 }
 
+constexpr std::size_t kReset = 1;  // of Enabling()
+
 class FrameSource {
  public:
   CanFrame Next() {
-    if (Draw() % 400 == 0) script_at_ = 0;
-    if (script_at_ < script_.size() && Draw() % 8 != 0) return script_[script_at_++];
+    if (Draw() % 800 == 0) script_at_ = 0;
+    if (script_at_ < script_.size() && Draw() % 8 != 0) {
+      starting_ = script_at_ == kReset + 1;
+      return script_[script_at_++];
+    }
     const unsigned kind = Draw() % 10;
     if (kind == 0) return Random();
     CanFrame frame = meaningful_[Draw() % meaningful_.size()];
@@ -82,8 +88,12 @@ class FrameSource {
     for (unsigned i = 0; i <= Draw() % 3; ++i) Mutate(frame);
     return frame;
   }
-  /// Mostly a few hundred microseconds, at times a silence that lets watchdogs expire.
-  std::int64_t Wait_us() { return Draw() % 4096 == 0 ? 300'000 : Draw() % 250; }
+  /// Mostly a few hundred microseconds, at times a silence that lets watchdogs expire; after the
+  /// script's reset, time for a low torque to end and for the boot-up.
+  std::int64_t Wait_us() {
+    if (std::exchange(starting_, false)) return 10'000;
+    return Draw() % 4096 == 0 ? 300'000 : Draw() % 250;
+  }
 
  private:
   CanFrame Random() {
@@ -119,6 +129,7 @@ class FrameSource {
   std::vector<CanFrame> meaningful_ = Meaningful();
   std::vector<CanFrame> script_ = Enabling();
   std::size_t script_at_{script_.size()};
+  bool starting_{false};
 };
 
 TEST(Fuzz, MillionFramesLeaveTheDriveSound) {

@@ -159,6 +159,8 @@ TEST(Master, AFaultStopsOneDriveAndEnableResetsIt) {
   rig.master.Enable(0, rig.now_us);
   EXPECT_TRUE(rig.RunUntilEnabled()) << Describe(rig.master);
   EXPECT_EQ(rig.master.drive(0).emcy[0].code, EmcyCode::kNoError);
+  EXPECT_EQ(rig.master.drive(0).emcy[1].code, EmcyCode::kOverVoltage) << "newest first";
+  EXPECT_LT(rig.master.drive(0).emcy[1].time_us, rig.master.drive(0).emcy[0].time_us);
 }
 
 TEST(Master, ASilentMasterIsForgivenOnlyAfterEnable) {
@@ -205,8 +207,20 @@ TEST(Master, StopRampsTheTorqueThenDisablesThenStops) {
   rig.Run(kSecond_us);
   ASSERT_GT(rig.drive(0).output().tension_n, 0);
   rig.master.Stop(rig.now_us);
-  ASSERT_TRUE(rig.RunUntil([&] { return rig.master.stopped(); }, 5 * kSecond_us))
+  int ramping = 0;
+  ASSERT_TRUE(rig.RunUntil(
+      [&] {
+        for (std::size_t i = 0; i < 4; ++i) {
+          const DriveReport& report = rig.master.drive(i);
+          if (report.torque_permille < kTorque_permille / 2) continue;
+          EXPECT_EQ(report.step, DriveStep::kStopRamp) << "enabled until the torque is gone";
+          ++ramping;
+        }
+        return rig.master.stopped();
+      },
+      5 * kSecond_us))
       << Describe(rig.master);
+  EXPECT_GT(ramping, 0);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_EQ(rig.master.drive(i).step, DriveStep::kStopped) << Describe(rig.master.drive(i));
     EXPECT_EQ(rig.drive(i).nmt_state(), NmtState::kStopped);

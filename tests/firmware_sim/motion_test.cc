@@ -215,6 +215,21 @@ TEST(Motion, HaltTakesTheTorqueAwayAlongTheSlopeInModeTen) {
   }
 }
 
+TEST(Motion, HaltTakesATorqueThatPaysOutAwayAlongTheSlopeToo) {
+  DriveBench bench(TautCable());
+  bench.Download(0x6087, 0, 4, 4000);
+  Targets t = Enabled(10);
+  t.torque = -400;
+  bench.Enable(t);
+  bench.Run(t, 10);
+  ASSERT_EQ(bench.drive.demanded_torque(), -400.0);
+  t.controlword |= controlword::kHalt;
+  bench.Run(t, 5);
+  EXPECT_NEAR(bench.drive.demanded_torque(), -200.0, 8.0);
+  bench.Run(t, 7);
+  EXPECT_EQ(bench.drive.demanded_torque(), 0.0);
+}
+
 TEST(Motion, HaltDeceleratesAndHoldsInModesEightAndNine) {
   const std::pair<std::uint32_t, double> options[] = {
       {1, 20000.0 / 50000.0}, {2, 20000.0 / 100000.0}, {3, 0.0}, {4, 0.0}};

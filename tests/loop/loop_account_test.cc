@@ -120,5 +120,17 @@ TEST(LoopAccount, ACruiseIsJudgedByTheVelocityOverAPulse) {
   EXPECT_LT(b.result.max_error, kInterpolation_m_s) << "the first pulse does not count";
 }
 
+TEST(LoopAccount, TheMeanSpeedIsTheWayOverTime) {
+  Bench b("steer");
+  const Vector3 start = b.truth.root.position;
+  b.LookAt(1.0, start + Vector3(0.3, 0, 0));
+  b.LookAt(2.0, start + Vector3(0.3, 0, 0.4));
+  b.LookAt(3.0, start + Vector3(0.3, 0, 0.0));  // back again
+  b.result.cycles = 3;
+  b.result.time_s = 4.0;
+  b.account.Conclude(&b.result);
+  EXPECT_NEAR(b.result.mean_speed_m_s, (0.3 + 0.4 + 0.4) / 4.0, kRoundOff);
+}
+
 }  // namespace
 }  // namespace mantle::loop

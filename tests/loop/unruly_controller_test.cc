@@ -75,5 +75,41 @@ INSTANTIATE_TEST_SUITE_P(Values, UnrulyController,
                                          Case{"huge", 50.0, 1.0}, Case{"pushing", -50.0, 0.0}),
                          [](const auto& info) { return std::string(info.param.name); });
 
+/// Notes what it is told, in order.
+class Diary final : public controller::Controller {
+ public:
+  explicit Diary(std::string* entries) : entries_(*entries) {}
+  void Start(const reduced::ReducedState& estimate) override {
+    entries_ += estimate.q.allFinite() ? "start " : "start? ";
+  }
+  void Update(double, const reduced::ReducedState* estimate,
+              const Eigen::Ref<const model::VectorX>&, std::int64_t) override {
+    entries_ += estimate != nullptr ? "update " : "update? ";
+  }
+  void Command(double, const reduced::ReducedState*, Eigen::Ref<model::VectorX> tensions) override {
+    entries_ += "command ";
+    tensions.setConstant(0.1);
+  }
+
+ private:
+  std::string& entries_;
+};
+
+TEST(ControllerInTheLoop, IsStartedOnceThenUpdatedEveryPeriodAndAskedEverySync) {
+  std::string entries;
+  controller::RegisterController({"diary", [&](const controller::ControllerParts&) {
+                                    return std::make_unique<Diary>(&entries);
+                                  }});
+  const scene::Scene scene =
+      scene::LoadScene(tests::SourcePath("scenes/reach.toml"),
+                       {"time.duration=0.2", "control.controller=\"diary\""});
+  ASSERT_EQ(std::lround(scene.control->period_s / scene.drives.period_s), 5);
+  ClosedLoop loop(scene);
+  ASSERT_TRUE(loop.Run().ok);
+  const std::string period = "update command command command command command ";
+  EXPECT_EQ(entries.substr(0, 6 + 2 * period.size()), "start " + period + period);
+  EXPECT_EQ(entries.find("start", 1), std::string::npos);
+}
+
 }  // namespace
 }  // namespace mantle::loop

@@ -20,9 +20,13 @@ PlantInputs SomeInputs(const ReducedPlant& model) {
   for (std::size_t i = 0; i < inputs.cables.size(); ++i) {
     inputs.cables[i].tension_n = 0.3 + 0.2 * static_cast<double>(i);
   }
-  for (double& d : inputs.distributed) d = 0.7;
+  // Each another, so that none is taken for its neighbour.
+  double value = 0.4;
+  for (double& d : inputs.distributed) d = value += 0.1;
   for (double& s : inputs.strips_pa) s = 120.0;
-  for (double& p : inputs.points) p = 0.4;
+  for (double& p : inputs.points) p = value += 0.1;
+  for (model::MuscleInput& m : inputs.muscles) m.amplitude_n_m *= value += 0.1;
+  for (double& e : inputs.envelopes) e *= value += 0.1;
   return inputs;
 }
 
@@ -128,6 +132,23 @@ TEST(ReducedDynamics, EqualsPlantWithAllThatAnArmMayCarry) {
     EXPECT_LT(c.inertia, kProjection) << seed;
     EXPECT_LT(c.power, kProjection) << seed;
   }
+}
+
+// Two such arms, each with inputs of its own.
+TEST(ReducedDynamics, EqualsPlantWithTwoArmsAndAllThatTheyMayCarry) {
+  model::Robot robot = tests::ControlRobot(8, 24);
+  tests::AddRichness(&robot);
+  model::Arm second = robot.arms[0];
+  second.name = "second";
+  second.mount.position += model::Vector3(0.02, -0.01, 0.03);
+  second.mount.rotation =
+      second.mount.rotation * Eigen::AngleAxisd(0.8, model::Vector3(1, 2, -1).normalized());
+  robot.arms.push_back(second);
+  robot.arms[1].payloads.pop_back();
+  const Compared c = CompareWithPlant(robot, tests::EquivalentReduction(robot), 13);
+  EXPECT_LT(c.forces, kProjection);
+  EXPECT_LT(c.inertia, kProjection);
+  EXPECT_LT(c.power, kProjection);
 }
 
 TEST(ReducedDynamics, EqualsPlantOnAClampedRootToo) {

@@ -24,6 +24,8 @@ using namespace firmware_sim;
 
 constexpr int kLastNode = kMaxNode - 1;
 constexpr std::size_t kBatch = 64;
+/// A bus in flood must not keep the drives from their watchdogs, nor us from a signal.
+constexpr std::size_t kMostFramesATurn = 1024;
 /// Longest sleep: the tick of the drives.
 constexpr std::int64_t kSlice_us = kControlTick_us;
 
@@ -135,8 +137,8 @@ class Runner {
   /// process was held up counts with the time at which it was on the bus.
   void TakeFrames() {
     std::array<CanFrame, kBatch> frames;
-    for (std::size_t count = kBatch; count == kBatch;) {
-      count = bus_.Receive(frames);
+    for (std::size_t looked = 0; looked < kMostFramesATurn; looked += kBatch) {
+      const std::size_t count = bus_.Receive(frames);
       if (count == 0) return;
       const std::int64_t now_us = MonotonicTime_us();
       const std::int64_t offset_us = now_us - RealTime_us();

@@ -34,15 +34,15 @@ double FromUnit(const TunedParameter& p, double unit) {
 }
 
 const TunedParameter kEvery[] = {
-    {"gait_scale", &BaselineGains::gait_scale, 0, 0},
-    {"gait_period", &BaselineGains::gait_period, 0, 0},
-    {"gait_lead", &BaselineGains::gait_lead_s, 0, 0},
-    {"proportional", &BaselineGains::proportional, 0, 0},
-    {"integral", &BaselineGains::integral, 0, 0},
-    {"derivative", &BaselineGains::derivative, 0, 0},
-    {"lookahead", &BaselineGains::lookahead_s, 0, 0},
-    {"effort", &BaselineGains::lqr_effort, 0, 0},
-    {"speed_gain", &BaselineGains::speed_gain, 0, 0},
+    {"gait_scale", &BaselineGains::gait_scale},
+    {"gait_period", &BaselineGains::gait_period},
+    {"gait_lead", &BaselineGains::gait_lead_s},
+    {"proportional", &BaselineGains::proportional},
+    {"integral", &BaselineGains::integral},
+    {"derivative", &BaselineGains::derivative},
+    {"lookahead", &BaselineGains::lookahead_s},
+    {"effort", &BaselineGains::lqr_effort},
+    {"speed_gain", &BaselineGains::speed_gain},
 };
 
 }  // namespace

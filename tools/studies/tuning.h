@@ -18,7 +18,7 @@ namespace mantle::tools {
 struct TunedParameter {
   std::string_view key;  ///< in [control.baselines.NAME]
   double controller::BaselineGains::*value;
-  double low, high;
+  double low{0}, high{0};
   bool logarithmic{false};
 };
 

@@ -33,6 +33,8 @@ TEST(Text, NamesComeFromAnyFileName) {
 TEST(Text, MessagesAreOneShortLine) {
   EXPECT_EQ(Printable("a\nb\xff\x1b"), "a\\x0ab\\xff\\x1b");
   EXPECT_EQ(Printable("\xe2\x82\xac"), "\xe2\x82\xac");
+  EXPECT_EQ(Printable("\xed\xa0\x80"), "\\xed\\xa0\\x80")
+      << "no character: no byte of it is printed";
   EXPECT_LE(Printable(std::string(100000, 'x')).size(), 130u);
 }
 

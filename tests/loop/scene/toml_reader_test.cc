@@ -143,6 +143,8 @@ TEST(TomlReader, UnknownKeysSuggestTheNearest) {
     v.Boolean({"weight"}, &weight);
   };
   EXPECT_EQ(Message("raduis = 1", read), "s.toml: raduis: unknown key, did you mean \"radius\"?");
+  EXPECT_EQ(Message("radi = 1", read), "s.toml: radi: unknown key, did you mean \"radius\"?");
+  EXPECT_EQ(Message("rad = 1", read), "s.toml: rad: unknown key, must be one of radius, weight");
   EXPECT_EQ(Message("colour = 1", read),
             "s.toml: colour: unknown key, must be one of radius, weight");
 }
