@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "tests/support/paths.h"
+
 // What is tuned of which baseline: every gain that acts on the goal, and none that does not.
 
 namespace mantle::tools {
@@ -52,6 +54,21 @@ TEST(TunedParameters, EveryGainOfABaselineIsItsOwn) {
       for (const TunedParameter& p : parameters) EXPECT_EQ(gains.*p.value, value++) << p.key;
     }
   }
+}
+
+TEST(TuningToml, GivesWhatWasSearchedAndWhatElseIsNotTheDefault) {
+  const scene::Scene scene = scene::LoadScene(tests::SourcePath("scenes/steer.toml"), {});
+  Tuning tuning{};
+  tuning.kind = ControllerKind::kPid;
+  tuning.gains = {};
+  const std::string by_default = TuningToml(tuning, scene);
+  for (const char* key : {"gait_scale", "speed_gain", "proportional", "integral", "lookahead"}) {
+    EXPECT_NE(by_default.find(std::string("\n") + key + " = "), std::string::npos) << by_default;
+  }
+  EXPECT_EQ(by_default.find("effort"), std::string::npos) << "of another baseline";
+  EXPECT_EQ(by_default.find("gait_lead"), std::string::npos) << "of another goal";
+  tuning.gains.gait_lead_s = 0.125;
+  EXPECT_NE(TuningToml(tuning, scene).find("\ngait_lead = 0.125\n"), std::string::npos);
 }
 
 }  // namespace
