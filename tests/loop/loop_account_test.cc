@@ -92,6 +92,16 @@ TEST(LoopAccount, TheCostIsTheStageCostOverTime) {
   EXPECT_NEAR(b.result.cost, kPeriod_s * (7 * 0.09 + 3 * 5 * 0.2 * 0.2 + 0.5 * 5 * rate * rate),
               kRoundOff);
   EXPECT_NEAR(b.result.effort_n2_s, kPeriod_s * 5 * 0.2 * 0.2, kRoundOff);
+  double sum = 0;
+  for (const auto& [name, value] : b.result.cost_terms) {
+    EXPECT_GE(value, 0.0) << name;
+    sum += value;
+    const double expected = name == "effort"     ? kPeriod_s * 3 * 5 * 0.2 * 0.2
+                            : name == "position" ? kPeriod_s * 7 * 0.09
+                                                 : value;
+    EXPECT_NEAR(value, expected, kRoundOff) << name;
+  }
+  EXPECT_NEAR(sum, b.result.cost, kRoundOff) << "the terms are what the cost is made of";
   b.result.cycles = 1;
   b.result.time_s = kPeriod_s;
   b.account.Conclude(&b.result);

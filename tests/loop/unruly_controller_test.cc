@@ -86,6 +86,7 @@ class Diary final : public controller::Controller {
               const Eigen::Ref<const model::VectorX>&, std::int64_t) override {
     entries_ += estimate != nullptr ? "update " : "update? ";
   }
+  void Prepare(double, const Eigen::Ref<const model::VectorX>&) override { entries_ += "prepare "; }
   void Command(double, const reduced::ReducedState*, Eigen::Ref<model::VectorX> tensions) override {
     entries_ += "command ";
     tensions.setConstant(0.1);
@@ -95,6 +96,7 @@ class Diary final : public controller::Controller {
   std::string& entries_;
 };
 
+// Prepared last before the measurement that the next update takes.
 TEST(ControllerInTheLoop, IsStartedOnceThenUpdatedEveryPeriodAndAskedEverySync) {
   std::string entries;
   controller::RegisterController({"diary", [&](const controller::ControllerParts&) {
@@ -106,7 +108,7 @@ TEST(ControllerInTheLoop, IsStartedOnceThenUpdatedEveryPeriodAndAskedEverySync) 
   ASSERT_EQ(std::lround(scene.control->period_s / scene.drives.period_s), 5);
   ClosedLoop loop(scene);
   ASSERT_TRUE(loop.Run().ok);
-  const std::string period = "update command command command command command ";
+  const std::string period = "update command command command command command prepare ";
   EXPECT_EQ(entries.substr(0, 6 + 2 * period.size()), "start " + period + period);
   EXPECT_EQ(entries.find("start", 1), std::string::npos);
 }
