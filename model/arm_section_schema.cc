@@ -123,7 +123,7 @@ void DescribePiece(Visitor& v, const Material& of_arm, bool arm_has_material, Ar
            &piece.shear_correction);
   v.Boolean({"rigid", "does not strain: a million times as stiff as the stiffest other piece"},
             &piece.rigid);
-  for (const char* key : {"stiffness", "stiffness_matrix", "damping", "shear_correction"}) {
+  for (const char* key : {"stiffness", "stiffness_matrix", "damping"}) {
     v.Demand(!(piece.rigid && v.Has(key)), key,
              "contradicts `rigid`: such a piece does not strain");
   }
