@@ -127,6 +127,8 @@ void DescribePiece(Visitor& v, const Material& of_arm, bool arm_has_material, Ar
     v.Demand(!(piece.rigid && v.Has(key)), key,
              "contradicts `rigid`: such a piece does not strain");
   }
+  v.Demand(!piece.rigid || piece.shear_correction == 1.0, "shear_correction",
+           "contradicts `rigid`: such a piece does not strain");
 }
 
 // A radius that is linear between given places: a piece for each, without nodes where they meet.
