@@ -34,6 +34,11 @@ SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state) {
       add(plant.rods[a].nodes[i].inertia(5), g.position,
           g.rotation * AbsoluteTwist(plant, state, a, i).tail<3>());
     }
+    for (int i = 0; i < plant.rods[a].element_count(); ++i) {
+      const PlaceMotion m = AbsoluteMiddle(plant, state, a, i);
+      add(plant.rods[a].middles[i].inertia(5), m.pose.position,
+          m.pose.rotation * m.twist.tail<3>());
+    }
   }
   for (int j = 0; j < plant.shape_count(); ++j) {
     const double mass = plant.shell->nodes[j].mass_kg;
@@ -66,6 +71,11 @@ Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const Plan
       total += AdjointInverseTransposeTimes(AbsolutePose(plant, state, a, i),
                                             plant.rods[a].nodes[i].FullInertia().cwiseProduct(eta));
     }
+    for (int i = 0; i < plant.rods[a].element_count(); ++i) {
+      const PlaceMotion m = AbsoluteMiddle(plant, state, a, i);
+      total += AdjointInverseTransposeTimes(
+          m.pose, plant.rods[a].middles[i].FullInertia().cwiseProduct(m.twist));
+    }
   }
   if (const auto& current = plant.robot.effects.current_m_s) {
     const SolidMotion solid = SolidMotionInWater(plant, state);
@@ -82,11 +92,16 @@ double LockedPower(const Plant& plant, const PlantState& state, const PlantWork&
   const Vector6 eta = state.velocity.head<6>();
   double power = eta.dot(work.root_mass * root_acceleration);
   if (!plant.exact()) return power;  // the locked inertia already
+  const auto add = [&](const RodNode& place, const Pose& h) {
+    power += AdjointInverseTimes(h, eta).dot(
+        place.FullInertia().cwiseProduct(AdjointInverseTimes(h, root_acceleration)));
+  };
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
-    for (int i = 1; i <= plant.rods[a].element_count(); ++i) {
-      const Pose h = FromRoot(plant, state, a, i);
-      power += AdjointInverseTimes(h, eta).dot(plant.rods[a].nodes[i].FullInertia().cwiseProduct(
-          AdjointInverseTimes(h, root_acceleration)));
+    const Rod& rod = plant.rods[a];
+    for (int i = 0; i < rod.element_count(); ++i) {
+      add(rod.middles[i],
+          MiddlePose(rod.middles[i], work.rod[a][i].middle, FromRoot(plant, state, a, i)));
+      add(rod.nodes[i + 1], FromRoot(plant, state, a, i + 1));
     }
   }
   return power;

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "model/block_tridiagonal.h"
+#include "model/failure.h"
 #include "model/inputs.h"
 #include "model/mantle_inertia.h"
 #include "model/mantle_loads.h"
@@ -28,7 +30,6 @@
 
 namespace mantle::model {
 
-
 class Plant {
  public:
   /// Throws BadRobot.
@@ -41,7 +42,8 @@ class Plant {
   std::optional<Shell> shell;
   MantleWaterOptions water_options;
   Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone
-  Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact
+  Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact,
+                                           ///< not with what the first elements carry
   std::vector<RootLoad> root_loads;
   std::vector<MantleLoad> mantle_loads;
   PowerNames power_names;    ///< of every load, cable and constraint; what is not named is not here
@@ -95,25 +97,10 @@ double NextBreakpoint(const Plant& plant, double t_s);
 /// Clamped or prescribed root: sets pose and twist of the root (and of every node 0).
 void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state);
 
-/// A value and the bound it is beyond as text, with the digits it takes to tell them apart (six, or
-/// as many as differ): a value just beyond 2.8 must not read as 2.8.
-struct ValueAndBound {
-  std::string value, bound;
-};
-ValueAndBound PrintBeyond(double value, double bound);
-
-/// Why a state could not be evaluated: body, node or element, cause, and what to do about it. All
-/// text has static life, or the plant's.
-struct EvaluationFailure {
-  const char* body{nullptr};
-  int node{-1};
-  const char* cause{nullptr};
-  double value{0}, bound{0};
-  const char* part{"node"};  ///< what `node` counts
-  const char* advice{nullptr};
-
-  explicit operator bool() const { return cause != nullptr; }
-  std::string Message() const;
+/// Motion of the mass inside an element, the rate of its twist that the nodes' do not make, and
+/// loads and inertial forces on it but for those of the nodes' accelerations.
+struct MiddleState {
+  Vector6 twist{Vector6::Zero()}, bias{Vector6::Zero()}, wrench{Vector6::Zero()};
 };
 
 /// Everything that one evaluation computes; allocated once by the constructor.
@@ -124,6 +111,7 @@ struct PlantWork {
   std::vector<std::vector<Vector6>> twist;   ///< per arm and node, the twist loads see
   std::vector<std::vector<Pose>> load_pose;  ///< frozen coupling only: absolute poses
   std::vector<std::vector<RodElementState>> rod;
+  std::vector<std::vector<MiddleState>> middle;  ///< per arm and element, its twist as `twist`
   std::vector<ShellElementState> shell;
   std::vector<Vector3> volume_gradient;
   std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
@@ -136,6 +124,8 @@ struct PlantWork {
   Vector6 root_twist_in_arm{Vector6::Zero()};
   std::vector<Vector3> scratch, gradient_scratch;
   VectorX flat;
+  std::vector<BlockTridiagonal<6>> mass;  ///< of SolveAcceleration, per arm
+  std::vector<VectorX> mass_rhs;
 };
 
 /// Fills `work`. No allocation.
@@ -146,9 +136,9 @@ EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
 void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, VectorX* out);
 
 /// a = M(q)^-1 f; held coordinates get zero, a clamped root zero, a prescribed root its
-/// acceleration.
-void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
-                       VectorX* a);
+/// acceleration. O(N), no allocation: an arm's mass couples neighbouring nodes, and is eliminated
+/// from the tip in `work`.
+void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, PlantWork* work, VectorX* a);
 
 /// What loads on the mantle read of a state that EvaluateForces has filled `work` for.
 ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
@@ -156,15 +146,20 @@ ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const Pl
 
 /// At a break point of a prescribed root: the root takes its twist's limit from the right, and the
 /// bodies the velocities that the support's impulse gives them, M(q) dv = 0 in every row but the
-/// root's (arms keep their nodes' absolute velocities; the mantle, whose z is relative to the root,
-/// its absolute axial one). Poses do not change. `inputs` receives the limits from the right,
-/// `work` the evaluation after the impulse. Does nothing to a root that is free or has no kink
-/// there.
+/// root's (the mantle, whose z is relative to the root, keeps its absolute axial velocity). Poses
+/// do not change. `inputs` receives the limits from the right, `work` the evaluation after the
+/// impulse. Does nothing to a root that is free or has no kink there.
 EvaluationFailure CrossRootKink(const Plant& plant, PlantInputs* inputs, PlantWork* work,
                                 PlantState* state);
 
 /// Absolute pose and twist of a node, whatever the coupling.
 Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node);
 Vector6 AbsoluteTwist(const Plant& plant, const PlantState& state, int arm, int node);
+/// Those of the mass inside an element.
+struct PlaceMotion {
+  Pose pose;
+  Vector6 twist;
+};
+PlaceMotion AbsoluteMiddle(const Plant& plant, const PlantState& state, int arm, int element);
 
 }  // namespace mantle::model

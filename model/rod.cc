@@ -17,6 +17,7 @@ constexpr std::array<double, 5> kGaussWeight = {0.11846344252809454, 0.239314335
                                                 0.28444444444444444, 0.23931433524968324,
                                                 0.11846344252809454};
 constexpr int kReferenceSubsteps = 16;  // of the curved reference per element
+constexpr double kNodalRotary = 2.0 / 3;
 
 void Demand(bool ok, const std::string& message) {
   if (!ok) throw BadRobot(message);
@@ -72,25 +73,52 @@ RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relativ
     e.stiffness += kGaussWeight[k] * ArmStiffness(arm, x);
     e.viscosity += kGaussWeight[k] * ArmViscosity(arm, effects, x);
   }
+  AddResidualBending(&e);
   return e;
 }
 
-void AddNodalIntegrals(const Arm& arm, const Water& water, const Effects& effects, double x0,
-                       double x1, RodNode* left, RodNode* right) {
-  const double length = x1 - x0;
+// Place of an element's inner mass, as a share of its length.
+double MiddlePlace(const Arm& arm, const Water& water, const Effects& effects, double x0,
+                   double x1) {
+  double mass = 0, moment = 0;
   for (int k = 0; k < 5; ++k) {
-    const double x = x0 + kGaussPoint[k] * length;
-    for (RodNode* node : {left, right}) {
-      const double shape = node == left ? 1.0 - kGaussPoint[k] : kGaussPoint[k];
-      const RodNode section = ArmSection(arm, water, effects, x, kGaussWeight[k] * length * shape);
-      node->weight_m += section.weight_m;
-      node->section.x_m += section.weight_m * section.section.x_m;
-      node->section.area_m2 += section.weight_m * section.section.area_m2;
-      node->section.radius_m += section.weight_m * section.section.radius_m;
-      node->inertia += section.inertia;
-      node->added_mass_kg += section.added_mass_kg;
-    }
+    const double s = kGaussPoint[k];
+    const RodNode section = ArmSection(arm, water, effects, x0 + s * (x1 - x0), 1.0);
+    const double density = section.inertia(5) > 0 ? section.inertia(5) : section.section.area_m2;
+    mass += kGaussWeight[k] * density * s * (1.0 - s);
+    moment += kGaussWeight[k] * density * s * s * (1.0 - s);
   }
+  const double place = moment / mass;
+  Demand(place > 1.0 / 3 && place < 2.0 / 3,
+         fmt::format("elements = {}: between X = {:.6g} and {:.6g} m nearly all mass lies at one "
+                     "end (its inner part at {:.4g} of the length, must be in (1/3, 2/3)); use "
+                     "more elements",
+                     arm.elements, x0, x1, place));
+  return place;
+}
+
+void AddSections(const Arm& arm, const Water& water, const Effects& effects, double x0, double x1,
+                 RodNode* left, RodNode* middle, RodNode* right) {
+  const double length = x1 - x0;
+  const double at = MiddlePlace(arm, water, effects, x0, x1);
+  for (int k = 0; k < 5; ++k) {
+    const double s = kGaussPoint[k];
+    const RodNode section =
+        ArmSection(arm, water, effects, x0 + s * length, kGaussWeight[k] * length);
+    const auto add = [&](double share, double rotary, RodNode* node) {
+      node->weight_m += share * section.weight_m;
+      node->section.area_m2 += share * section.weight_m * section.section.area_m2;
+      node->section.radius_m += share * section.weight_m * section.section.radius_m;
+      node->inertia.head<3>() += rotary * section.inertia.head<3>();
+      node->inertia.tail<3>() += share * section.inertia.tail<3>();
+      node->added_mass_kg += share * section.added_mass_kg;
+    };
+    add((1.0 - s) * (at - s) / at, kNodalRotary * (1.0 - s), left);
+    add(s * (1.0 - s) / (at * (1.0 - at)), 1.0 - kNodalRotary, middle);
+    add(s * (s - at) / (1.0 - at), kNodalRotary * s, right);
+  }
+  middle->section.x_m = x0 + at * length;
+  middle->ahead_m = (at - 0.5) * length;
 }
 
 RodCable CableOf(const Arm& arm, const ArmCable& cable, const Rod& rod) {
@@ -129,10 +157,11 @@ void CheckArm(const Arm& arm) {
                        c.name, c.fraction));
     for (const Vector3& p : c.path) {
       const double distance = std::hypot(p.y(), p.z());
-      Demand(distance <= Radius(arm, p.x()) * (1 + 1e-12),
-             fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
-                         "{:.6g} m: the cable must lie inside the section",
-                         c.name, distance, p.x(), Radius(arm, p.x())));
+      Demand(
+          distance <= Radius(arm, p.x()) * (1 + 1e-12),
+          fmt::format("cables.{}: path: {:.6g} m from the centreline at X = {:.6g} m, must be <= "
+                      "{:.6g} m: the cable must lie inside the section",
+                      c.name, distance, p.x(), Radius(arm, p.x())));
     }
     Demand(c.end_m > 0 && c.end_m <= arm.length_m * (1 + 1e-12),
            fmt::format("cables.{}: end = {} m, must be in (0, {}]", c.name, c.end_m, arm.length_m));
@@ -223,18 +252,21 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
   rod.x_m = NodesOf(arm);
   const int n = arm.elements;
   rod.nodes.resize(n + 1);
+  rod.middles.resize(n);
   rod.reference.resize(n + 1);
   for (int i = 0; i < n; ++i) {
     rod.reference[i + 1] = AdvanceReference(arm, rod.reference[i], rod.x_m[i], rod.x_m[i + 1]);
     rod.elements.push_back(ElementOf(arm, effects, Inverse(rod.reference[i]) * rod.reference[i + 1],
                                      rod.x_m[i], rod.x_m[i + 1]));
-    AddNodalIntegrals(arm, water, effects, rod.x_m[i], rod.x_m[i + 1], &rod.nodes[i],
-                      &rod.nodes[i + 1]);
+    AddSections(arm, water, effects, rod.x_m[i], rod.x_m[i + 1], &rod.nodes[i], &rod.middles[i],
+                &rod.nodes[i + 1]);
   }
-  for (RodNode& node : rod.nodes) {
-    node.section.x_m /= node.weight_m;
-    node.section.area_m2 /= node.weight_m;
-    node.section.radius_m /= node.weight_m;
+  for (int i = 0; i <= n; ++i) rod.nodes[i].section.x_m = rod.x_m[i];
+  for (auto* places : {&rod.nodes, &rod.middles}) {
+    for (RodNode& place : *places) {
+      place.section.area_m2 /= place.weight_m;
+      place.section.radius_m /= place.weight_m;
+    }
   }
   AddLoads(&rod.loads, arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {

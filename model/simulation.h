@@ -9,6 +9,7 @@
 #include "model/energy.h"
 #include "model/plant.h"
 #include "model/stepper.h"
+#include "model/validity.h"
 
 /// A run: steps aligned with break points and output times, retried at half the step where they
 /// fail, with energies and indices accounted. Plain values out; no files here.
@@ -72,6 +73,8 @@ struct RunResult {
   /// Largest energy of the run, or the sum of the works' magnitudes and the dissipated energy.
   double energy_drift_scale_j{0};
   std::vector<std::string> warnings;  ///< what looks wrong, and what to do about it
+  LargestStrain largest_strain;       ///< over the samples
+  std::optional<LobedBucklingMargin> lobed_buckling;
   EnergeticIndex index;
   Sample last;
   std::vector<std::string> work_names;
@@ -81,6 +84,9 @@ struct RunResult {
 
 /// Where a run starts: InitialState with the arms' initial modes moving.
 PlantState StartState(const Plant& plant);
+
+/// Puts what a run's record says into its result, with the warnings that follow from it.
+void AddValidity(const Plant& plant, const ValidityRecord& record, RunResult* result);
 
 /// Not ok, in words, where the jet's thrust exceeds the scene's bound: its law has run away.
 StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n);
@@ -140,6 +146,7 @@ class Simulation {
     double ratio_s{0}, positive_ratio_s{0}, ratio_time_s{0}, time_s{0};
     double output_j{0}, positive_output_j{0}, input_j{0};
     double largest_scale_w{0}, worst_balance{0}, worst_balance_scale_w{0};
+    ValidityRecord validity;
   } account_;
 };
 

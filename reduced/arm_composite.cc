@@ -36,7 +36,8 @@ void AddRotationForm(const Matrix3& moment, const Matrix3& force, const Matrix3&
 }  // namespace
 
 void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
-                const Matrix3& r, const Vector3& p, const Vector6& twist, Composite* out) {
+                const Matrix3& r, const Vector3& frame, const Vector6& twist, Composite* out) {
+  const Vector3 p = frame + node.ahead_m * r.col(0);
   const Vector6 diagonal = node.FullInertia();
   Matrix6 inertia;
   const Matrix3 linear = r * diagonal.tail<3>().asDiagonal() * r.transpose();

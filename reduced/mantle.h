@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "model/failure.h"
 #include "model/mantle_loads.h"
 #include "reduced/arm_dynamics.h"
 #include "reduced/polynomial.h"
@@ -20,16 +21,17 @@ namespace mantle::reduced {
 /// More coordinates than that belong in the plant.
 inline constexpr int kMaxMantleCoordinates = 8;
 
-
 /// Shapes of the profile (reduced/build/mantle_basis.h).
 struct MantleShapes {
   Eigen::MatrixXd shapes;                   ///< 3 nodes x k: (r, z, theta) per node
   std::vector<Eigen::VectorXd> equilibria;  ///< s along the static path, for training
   Eigen::VectorXd scale;                    ///< size of each coordinate on that path
+  double reach_pa{0};                       ///< largest pressure of that path
   std::vector<double> mode_frequencies_rad_s;
 };
 
 struct CubatureElement {
+  int index{0};                 ///< of the profile's
   model::ShellElement element;  ///< its area scaled by the cubature's weight
   model::Vector5 rest;
   Eigen::Matrix<double, 5, Eigen::Dynamic> rows;  ///< dy/ds
@@ -108,9 +110,9 @@ struct MantleWork {
   VectorX column, row;
 };
 
-/// nullptr, or why the shape cannot be evaluated.
-const char* EvaluateMantle(const ReducedMantle& mantle, const MantleMotion& motion,
-                           MantleWork* work);
+/// Why the shape cannot be evaluated, if so; the body is the caller's to name.
+model::EvaluationFailure EvaluateMantle(const ReducedMantle& mantle, const MantleMotion& motion,
+                                        MantleWork* work);
 void LineariseMantle(const ReducedMantle& mantle, const MantleMotion& motion, int first,
                      MantleWork* work, Linearisation* out);
 

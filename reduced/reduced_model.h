@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "model/failure.h"
 #include "reduced/arm_dynamics.h"
 #include "reduced/mantle.h"
 
@@ -18,15 +19,14 @@
 
 namespace mantle::reduced {
 
-
 struct ReducedState {
   double time_s{0};
   Pose root;
   VectorX q, v;
 };
 
-/// Constants of its own, made from a robot by ReducedPlant (reduced/build/reduced_plant.h); what runs
-/// it needs no more than this.
+/// Constants of its own, made from a robot by ReducedPlant (reduced/build/reduced_plant.h); what
+/// runs it needs no more than this.
 class ReducedModel {
  public:
   ReducedModel(const ReducedModel&) = delete;
@@ -83,13 +83,7 @@ struct ReducedWork {
   VectorX residual;
 };
 
-/// Where an evaluation failed: the body and the cause, both with static life; null where it did
-/// not.
-struct ReducedFailure {
-  const char* body{nullptr};
-  const char* cause{nullptr};
-  explicit operator bool() const { return cause != nullptr; }
-};
+using ReducedFailure = model::EvaluationFailure;
 
 /// work->residual = M(q) a - f. Rows of a root that is not free hold the wrench its support exerts.
 /// No allocation.

@@ -20,7 +20,6 @@
 
 namespace mantle::reduced {
 
-
 struct StepSettings {
   StepScheme scheme{StepScheme::kSdirk2};
   /// Newton stops where the remaining error of an increment is below this: in rad and body lengths
@@ -31,10 +30,9 @@ struct StepSettings {
   int max_iterations{25};
 };
 
-struct StepOutcome {
+/// Whether the step was taken, and if not, why.
+struct StepOutcome : model::EvaluationFailure {
   bool ok{true};
-  const char* body{nullptr};  ///< static life
-  const char* cause{nullptr};
   int iterations{0};
 };
 

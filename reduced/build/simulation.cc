@@ -38,7 +38,8 @@ ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRun
       plant_work_(model.plant),
       acceleration_(VectorX::Zero(model.velocity_count())),
       plant_acceleration_(VectorX::Zero(model.plant.velocity_size())),
-      step_cap_s_(settings.step_s) {
+      step_cap_s_(settings.step_s),
+      guard_(model) {
   const model::PlantState start = model::StartState(model.plant);
   projection_.Lift(state_, &lifted_);
   if ((start.velocity - lifted_.velocity).cwiseAbs().maxCoeff() <= kMoving) return;
@@ -70,19 +71,19 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       if (count <= 1.0) state_.time_s = next;
       ++counters_.steps;
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
+      if (auto status = guard_.Judge(state_, last_); !status.ok) return status;
       if (count > 1.0 || !at_breakpoint) continue;
       EvaluateInputs(model_.plant, state_.time_s, false, &first_);
       if (const ReducedFailure failure =
               CrossRootKink(model_, first_, &evaluation_, &jacobians_, &state_)) {
-        return {false, fmt::format("t = {:.6g} s: after the kink of the root's motion: {}: {}",
-                                   state_.time_s, failure.body, failure.cause)};
+        return {false, fmt::format("t = {:.6g} s: after the kink of the root's motion: {}",
+                                   state_.time_s, failure.Message())};
       }
       continue;
     }
     ++counters_.rejected;
     if (0.5 * h < settings_.min_step_s) {
-      return {false,
-              fmt::format("t = {:.6g} s: {}: {}", state_.time_s, outcome.body, outcome.cause)};
+      return {false, fmt::format("t = {:.6g} s: {}", state_.time_s, outcome.Message())};
     }
     step_cap_s_ = 0.5 * h;
   }
@@ -93,7 +94,8 @@ model::Sample ReducedSimulation::Observe() {
   EvaluateInputs(model_.plant, state_.time_s, false, &first_);
   SolveAcceleration(model_, state_, first_, &evaluation_, &jacobians_, &acceleration_);
   projection_.Lift(state_, &lifted_);
-  EvaluateForces(model_.plant, lifted_, first_, &plant_work_);
+  lifted_failure_ = EvaluateForces(model_.plant, lifted_, first_, &plant_work_);
+  if (!lifted_failure_) validity_.Add(model_.plant, first_, plant_work_, state_.time_s);
   plant_acceleration_.head<6>() = acceleration_.head<6>();
   return ObserveState(model_.plant, lifted_, plant_work_, plant_acceleration_);
 }
@@ -109,8 +111,12 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
     status = AdvanceTo(std::min(due, settings_.duration_s));
     if (!status.ok) break;
     sample = Observe();
+    if (lifted_failure_) {
+      status = {false, fmt::format("t = {:.6g} s: the plant's nodes in this shape: {}",
+                                   state_.time_s, lifted_failure_.Message())};
+      break;
+    }
     if (observer) go = observer(sample);
-    status = model::JudgeThrust(model_.plant, sample.time_s, sample.thrust_n);
   }
   result.ok = status.ok;
   result.reason = status.reason;
@@ -118,6 +124,8 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
   result.counters = counters_;
   result.last = Observe();
   result.balance_defined = false;
+  AddValidity(model_.plant, validity_, &result);
+  for (std::string& w : guard_.Warnings()) result.warnings.push_back(std::move(w));
   return result;
 }
 

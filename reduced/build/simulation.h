@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "model/simulation.h"
+#include "reduced/build/mantle_guard.h"
 #include "reduced/build/projection.h"
 #include "reduced/step.h"
 
@@ -34,7 +35,8 @@ class ReducedSimulation {
   /// Of the lifted state, with the reduced model's own acceleration of the root.
   model::Sample Observe();
   /// As model::Simulation::Run; energies are reported, works and balances are not. A jet that has
-  /// run away stops it at the next sample.
+  /// run away, a mantle that the plant would see collapse, and a shape that the plant cannot
+  /// evaluate stop it (MantleGuard).
   model::RunResult Run(const std::function<bool(const model::Sample&)>& observer = {});
 
  private:
@@ -51,6 +53,9 @@ class ReducedSimulation {
   VectorX acceleration_, plant_acceleration_;
   double step_cap_s_;
   model::StepCounters counters_;
+  MantleGuard guard_;
+  model::ValidityRecord validity_;
+  model::EvaluationFailure lifted_failure_;
 };
 
 }  // namespace mantle::reduced

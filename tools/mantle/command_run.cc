@@ -216,12 +216,8 @@ class RunJob {
     } else if (complete) {
       PrintSummary(summary, folder_->folder());
     }
-    if (complete) {
-      for (const std::string& warning : result.warnings) {
-        Complain("warning: {}: {}", scene_.name, warning);
-      }
-      return 0;
-    }
+    ComplainOfWarnings(scene_.name, result.warnings);
+    if (complete) return 0;
     const bool as_asked = result.ok && !Interrupted();
     return as_asked ? 0 : kExitCannotContinue;
   }

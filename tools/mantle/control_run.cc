@@ -227,6 +227,7 @@ class ControlJob {
                folder_->partial().string());
     }
     Report(summary, complete);
+    ComplainOfWarnings(scene_.name, result.plant.warnings);
     if (complete && lcm_->counters().publish_failures > 0) {
       Complain("--lcm: {}: {} messages were not taken by the network", options_.lcm_url,
                lcm_->counters().publish_failures);

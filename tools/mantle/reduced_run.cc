@@ -7,13 +7,13 @@
 #include <cmath>
 #include <cstdio>
 
+#include "reduced/build/reduced_plant.h"
 #include "tools/mantle/build_run.h"
 #include "tools/mantle/interrupt.h"
 #include "tools/mantle/output_folder.h"
 #include "tools/mantle/progress.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
-#include "reduced/build/reduced_plant.h"
 
 namespace mantle::tools {
 namespace {
@@ -127,6 +127,7 @@ int RunReducedScene(const SceneOptions& options) {
         result.sim_time_s / wall_s, result.counters.steps, result.counters.rejected,
         folder.folder().string());
   }
+  ComplainOfWarnings(scene.name, result.warnings);
   return complete ? 0 : kExitCannotContinue;
 }
 
