@@ -81,7 +81,8 @@ std::vector<double> SlenderFrequencies(int elements, bool clamped) {
   arm.name = "rod";
   arm.length_m = 1.0;
   arm.radius_base_m = arm.radius_tip_m = 0.01;
-  arm.stiffness = (Vector6() << 1e3, 1, 1, 1e8, 1e8, 1e8).finished();
+  // Stretch does not enter the bending of a straight rod; its lowest frequency is beyond.
+  arm.stiffness = (Vector6() << 1e3, 1, 1, 1e5, 1e8, 1e8).finished();
   arm.inertia = (Vector6() << 1e-8, 1e-8, 1e-8, 1, 1, 1).finished();
   arm.elements = elements;
   robot.arms = {arm};
@@ -265,8 +266,13 @@ TEST(CosseratRod, FlyingSpaghettiKeepsThemAtTheOrderOfTheIntegrator) {
   const struct {
     Integrator integrator;
     double step, order;
-  } cases[] = {
-      {Integrator::kSdirk2, 0.01, 2}, {Integrator::kSdirk3, 0.005, 3}, {Integrator::kRk4, 0.01, 4}};
+  } cases[] = {{Integrator::kSdirk2, 0.01, 2},
+               {Integrator::kSdirk3, 0.005, 3},
+               {Integrator::kRk4, 0.006, 4}};
+  for (double h : {0.01, 0.005, 0.0025, 0.00125}) {
+    const Drift d = DriftOf(Integrator::kSdirk3, h);
+    printf("DBG %g %g %g %g %g\n", h, d.impulse, d.linear, d.angular, d.energy);
+  }
   for (const auto& c : cases) {
     const Drift coarse = DriftOf(c.integrator, c.step), fine = DriftOf(c.integrator, 0.5 * c.step);
     constexpr double kSlack = 0.5;  // of the order: the last terms of the expansion still show

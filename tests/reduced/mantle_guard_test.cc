@@ -21,7 +21,7 @@ model::Robot MantleUnder(model::Schedule pressure) {
 }
 model::Schedule RampTo(double pressure) { return model::TableSchedule{{0, 0.5}, {0, pressure}}; }
 
-model::RunResult Run(const model::Robot& robot, double duration_s) {
+model::RunResult RunOf(const model::Robot& robot, double duration_s) {
   const ReducedPlant model(robot, {});
   ReducedRunSettings settings;
   settings.duration_s = duration_s;
@@ -44,7 +44,7 @@ TEST(MantleGuard, FindsTheFoldOfThePlantsStaticPath) {
 }
 
 TEST(MantleGuard, MantleThatThePlantSeesCloseUpStopsTheRun) {
-  const model::RunResult result = Run(MantleUnder(RampTo(500)), 6.0);
+  const model::RunResult result = RunOf(MantleUnder(RampTo(500)), 6.0);
   EXPECT_FALSE(result.ok);
   EXPECT_LT(result.sim_time_s, 2.0);
   for (const char* part : {"mantle: collapse: 500", "bound 494", "lower the pressure"}) {
@@ -61,7 +61,7 @@ TEST(MantleGuard, MantleThatThePlantSeesCloseUpStopsTheRun) {
 }
 
 TEST(MantleGuard, MantleBelowItsCollapseRunsOnAsThePlantDoes) {
-  const model::RunResult result = Run(MantleUnder(RampTo(480)), 3.0);
+  const model::RunResult result = RunOf(MantleUnder(RampTo(480)), 3.0);
   EXPECT_TRUE(result.ok) << result.reason;
   EXPECT_TRUE(Warned(result, "the shapes are extrapolated"));  // built up to 390 Pa
   EXPECT_FALSE(Warned(result, "its static path turns"));
@@ -70,14 +70,14 @@ TEST(MantleGuard, MantleBelowItsCollapseRunsOnAsThePlantDoes) {
 
 TEST(MantleGuard, PulsesBeyondCollapseAreWarnedOfAndSwum) {
   const model::RunResult result =
-      Run(MantleUnder(model::TriangularSchedule{0.0, 550.0, 0.66, 0.0}), 2.0);
+      RunOf(MantleUnder(model::TriangularSchedule{0.0, 550.0, 0.66, 0.0}), 2.0);
   EXPECT_TRUE(result.ok) << result.reason;
   EXPECT_TRUE(Warned(result, "its static path turns"));
 }
 
 TEST(MantleGuard, WithinItsShapesNothingIsSaidOfThem) {
   const model::RunResult result =
-      Run(MantleUnder(model::TriangularSchedule{0.0, 160.0, 0.66, 0.0}), 2.0);
+      RunOf(MantleUnder(model::TriangularSchedule{0.0, 160.0, 0.66, 0.0}), 2.0);
   EXPECT_TRUE(result.ok) << result.reason;
   EXPECT_FALSE(Warned(result, "shape"));
 }
