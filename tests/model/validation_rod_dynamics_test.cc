@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "model/modes.h"
+#include "model/motion_modes.h"
 #include "tests/support/paper_robot.h"
 #include "tests/support/random_values.h"
 #include "tests/support/runs.h"
@@ -87,11 +88,14 @@ std::vector<double> SlenderFrequencies(int elements, bool clamped) {
   arm.elements = elements;
   robot.arms = {arm};
   const Plant plant(robot);
-  std::vector<double> out;
-  for (const Mode& mode : VibrationModes(plant, InitialState(plant), clamped ? 6 : 12)) {
-    if (mode.angular_frequency_rad_s > 1.0) out.push_back(mode.angular_frequency_rad_s);
+  PlantInputs inputs;
+  EvaluateInputs(plant, 0.0, false, &inputs);
+  std::vector<double> out;  // each once, though the two planes have it
+  for (const MotionMode& mode : MotionModes(plant, InitialState(plant), inputs, clamped ? 8 : 16)) {
+    const double w = std::abs(mode.rate_1_s.imag());
+    if (w > 1.0 && (out.empty() || w > (1.0 + 1e-5) * out.back())) out.push_back(w);
   }
-  return out;  // two planes each
+  return out;
 }
 
 TEST(CosseratRod, FirstFrequenciesOfFewElementsAreEulerBernoullis) {
@@ -113,13 +117,10 @@ TEST(CosseratRod, FirstFrequenciesOfFewElementsAreEulerBernoullis) {
   };
   for (const auto& c : cases) {
     const std::vector<double> w = SlenderFrequencies(c.elements, c.clamped);
-    ASSERT_GE(w.size(), 6u);
+    ASSERT_GE(w.size(), 3u);
     for (int k = 0; k < 3; ++k) {
-      const double exact = c.root[k] * c.root[k];
-      for (int plane : {0, 1}) {
-        EXPECT_LT(std::abs(w[2 * k + plane] / exact - 1.0), c.error[k])
-            << (c.clamped ? "clamped, " : "free, ") << c.elements << " elements, mode " << k;
-      }
+      EXPECT_LT(std::abs(w[k] / (c.root[k] * c.root[k]) - 1.0), c.error[k])
+          << (c.clamped ? "clamped, " : "free, ") << c.elements << " elements, mode " << k;
     }
   }
 }
@@ -266,20 +267,19 @@ TEST(CosseratRod, FlyingSpaghettiKeepsThemAtTheOrderOfTheIntegrator) {
   const struct {
     Integrator integrator;
     double step, order;
-  } cases[] = {{Integrator::kSdirk2, 0.01, 2},
-               {Integrator::kSdirk3, 0.005, 3},
-               {Integrator::kRk4, 0.006, 4}};
-  for (double h : {0.01, 0.005, 0.0025, 0.00125}) {
-    const Drift d = DriftOf(Integrator::kSdirk3, h);
-    printf("DBG %g %g %g %g %g\n", h, d.impulse, d.linear, d.angular, d.energy);
-  }
+  } cases[] = {
+      {Integrator::kSdirk2, 0.01, 2}, {Integrator::kSdirk3, 0.01, 3}, {Integrator::kRk4, 0.006, 4}};
   for (const auto& c : cases) {
-    const Drift coarse = DriftOf(c.integrator, c.step), fine = DriftOf(c.integrator, 0.5 * c.step);
+    // Over two halvings: at one of the steps an error may pass through zero.
+    const Drift coarse = DriftOf(c.integrator, c.step), fine = DriftOf(c.integrator, 0.25 * c.step);
+    const auto order = [](double before, double after) {
+      return 0.5 * tests::Order(before, after);
+    };
     constexpr double kSlack = 0.5;  // of the order: the last terms of the expansion still show
-    EXPECT_GT(tests::Order(coarse.impulse, fine.impulse), c.order - kSlack) << c.order;
-    EXPECT_GT(tests::Order(coarse.linear, fine.linear), c.order - kSlack) << c.order;
-    EXPECT_GT(tests::Order(coarse.angular, fine.angular), c.order - kSlack) << c.order;
-    EXPECT_GT(tests::Order(coarse.energy, fine.energy), c.order - kSlack) << c.order;
+    EXPECT_GT(order(coarse.impulse, fine.impulse), c.order - kSlack) << c.order;
+    EXPECT_GT(order(coarse.linear, fine.linear), c.order - kSlack) << c.order;
+    EXPECT_GT(order(coarse.angular, fine.angular), c.order - kSlack) << c.order;
+    EXPECT_GT(order(coarse.energy, fine.energy), c.order - kSlack) << c.order;
   }
 }
 
