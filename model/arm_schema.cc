@@ -1,6 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "model/arm_section.h"
 #include "model/robot_schema.h"
+#include "model/rod.h"
 
 namespace mantle::model {
 namespace {
@@ -39,18 +43,104 @@ void DescribeFactor(Visitor& v, Schedule* schedule) {
 void DescribeDistributed(Visitor& v, int index, DistributedWrench& d) {
   DescribeName(v, "load", index, &d.name);
   Vector3 moment = d.direction.head<3>(), force = d.direction.tail<3>();
-  v.Vector({.name = "moment", .also = "one of both not zero"}, Quantity::kMomentPerLength,
+  v.Vector({.name = "moment", .also = "this or `force`"}, Quantity::kMomentPerLength,
            kAnyValue, &moment);
   v.Vector({"force"}, Quantity::kForcePerLength, kAnyValue, &force);
   d.direction << moment, force;
-  v.Demand(!d.direction.isZero(0.0), "moment", "`moment` or `force` must be given and not zero");
+  v.Demand(v.describing() || v.Has("moment") || v.Has("force"), "moment",
+           "`moment` or `force` must be given");
   v.Number({"base", "shape at the base"}, Quantity::kNumber, kAnyValue, &d.base);
   v.Number({"tip", "shape at the tip"}, Quantity::kNumber, kAnyValue, &d.tip);
-  DescribeFrame(v,
-                "an actuator's: turns with the section, its reaction on the root; or dead and "
-                "external",
-                &d.frame);
+  DescribeFrame(v, "turns with the section (follower), or not (dead)", &d.frame);
+  int source = -1;
+  v.Pick(Optional({.name = "source",
+                   .meaning = "an actuator's, its reaction on the root; or the world's",
+                   .fallback = "`internal` in frame `body`, `external` in `world`"}),
+         {"internal", "external"}, &source);
+  if (source >= 0) d.internal = source == 0;
   DescribeFactor(v, &d.schedule);
+}
+
+void DescribeMuscle(Visitor& v, int index, double length_m, MuscleWave& m) {
+  DescribeName(v, "muscle", index, &m.name);
+  v.Direction({"axis", "section axis that it bends about, towards positive curvature (x: twist)"},
+              &m.axis);
+  DescribeSchedule(v,
+                   Required({"amplitude",
+                             "internal moment amplitude e(X) sin(2 pi (turns - X / wave_length) + "
+                             "phase), turns the integral of `frequency`"}),
+                   Quantity::kMoment, kAnyValue, &m.amplitude_n_m);
+  DescribeSchedule(v, Required({"wave_length"}), Quantity::kLength, kPositive, &m.wave_length_m);
+  DescribeSchedule(v, Required({"frequency", "towards the tip where positive"}),
+                   Quantity::kFrequency, kAnyValue, &m.frequency_hz);
+  v.Number({"phase"}, Quantity::kAngle, kAnyValue, &m.phase_rad);
+  v.Tables(Optional({.name = "envelope",
+                     .meaning = "e(X): points, linear between, constant beyond",
+                     .fallback = "1 everywhere"}),
+           [&](Visitor& t, int) {
+             MuscleWave::Envelope& e = m.envelope.emplace_back();
+             t.Number(Required({.name = "at",
+                                .meaning = "arc length",
+                                .bound = "[0, `length`], ascending"}),
+                      Quantity::kLength, Range{0, length_m}, &e.at_m);
+             DescribeSchedule(t, Required({"factor"}), Quantity::kNumber, kAnyValue, &e.factor);
+             const std::size_t n = m.envelope.size();
+             t.Demand(t.describing() || n < 2 || e.at_m > m.envelope[n - 2].at_m, "at",
+                      fmt::format("{} m: must ascend", e.at_m));
+           });
+}
+
+void DescribePayload(Visitor& v, int index, double length_m, Payload& p) {
+  DescribeName(v, "payload", index, &p.name);
+  p.at_m = length_m;
+  v.Number(
+      {.name = "at", .meaning = "arc length", .fallback = "`length`", .bound = "[0, `length`]"},
+      Quantity::kLength, Range{0, length_m}, &p.at_m);
+  v.Vector({"offset", "of its centre from the section's, section frame"}, Quantity::kLength,
+           kAnyValue, &p.offset_m);
+  v.Number(Required({"mass"}), Quantity::kMass, kPositive, &p.mass_kg);
+  v.Matrix(Optional({.name = "inertia",
+                     .meaning = "about its centre, axes of the section",
+                     .fallback = "zero: a point mass",
+                     .also = "a body's"}),
+           Quantity::kInertia, &p.inertia_kg_m2);
+  v.Number({"volume", "displaced"}, Quantity::kVolume, kNonNegative, &p.volume_m3);
+  v.Number({.name = "drop", .meaning = "time at which it leaves the arm", .fallback = "never"},
+           Quantity::kTime, kPositive, &p.drop_s);
+}
+
+void DescribeInitialMode(Visitor& v, InitialMode& mode) {
+  v.Integer(Required({"mode", "number, by frequency, of the arm clamped alone; of two with one "
+                              "frequency the first moves the tip along y"}),
+            1, 1000, &mode.number);
+  v.Number(Required({"speed", "of the fastest node"}), Quantity::kSpeed, kAnyValue,
+           &mode.speed_m_s);
+}
+
+void DescribeInitialStrain(Visitor& v, const Arm& arm, StrainTable& table) {
+  v.Numbers(Required({.name = "at", .meaning = "arc lengths", .bound = "[0, `length`], ascending"}),
+            Quantity::kLength, Range{0, arm.length_m}, kOneOrMore, &table.at_m);
+  for (std::size_t i = 0; i < table.at_m.size(); ++i) {
+    v.Demand(i == 0 || table.at_m[i] > table.at_m[i - 1], "at", "must ascend");
+    table.strain.push_back(ArmRestStrain(arm, table.at_m[i]));
+  }
+  const int count = v.describing() ? kOneOrMore : static_cast<int>(table.at_m.size());
+  const auto component = [&](const char* name, const char* meaning, Quantity quantity, int k) {
+    std::vector<double> values;
+    const schema::Range range = k == 3 ? kPositive : kAnyValue;
+    if (!v.Numbers(Optional({.name = name, .meaning = meaning, .fallback = "as at rest"}), quantity,
+                   range, count, &values)) {
+      return;
+    }
+    for (std::size_t i = 0; i < values.size(); ++i) table.strain[i](k) = values[i];
+  };
+  component("twist", "one per `at`, as all below; linear between, constant beyond",
+            Quantity::kCurvature, 0);
+  component("bending_y", "curvature about y", Quantity::kCurvature, 1);
+  component("bending_z", "curvature about z", Quantity::kCurvature, 2);
+  component("stretch", "1: none", Quantity::kNumber, 3);
+  component("shear_y", "", Quantity::kNumber, 4);
+  component("shear_z", "", Quantity::kNumber, 5);
 }
 
 void DescribePoint(Visitor& v, int index, double length_m, PointWrench& p) {
@@ -60,11 +150,11 @@ void DescribePoint(Visitor& v, int index, double length_m, PointWrench& p) {
       {.name = "at", .meaning = "arc length", .fallback = "`length`", .bound = "[0, `length`]"},
       Quantity::kLength, Range{0, length_m}, &p.at_m);
   Vector3 moment = p.wrench.head<3>(), force = p.wrench.tail<3>();
-  v.Vector({.name = "moment", .also = "one of both not zero"}, Quantity::kMoment, kAnyValue,
-           &moment);
+  v.Vector({.name = "moment", .also = "this or `force`"}, Quantity::kMoment, kAnyValue, &moment);
   v.Vector({"force"}, Quantity::kForce, kAnyValue, &force);
   p.wrench << moment, force;
-  v.Demand(!p.wrench.isZero(0.0), "force", "`force` or `moment` must be given and not zero");
+  v.Demand(v.describing() || v.Has("moment") || v.Has("force"), "force",
+           "`force` or `moment` must be given");
   DescribeFrame(v, "follower, or dead", &p.frame);
   DescribeFactor(v, &p.schedule);
 }
@@ -115,35 +205,187 @@ void DescribeCable(Visitor& v, int index, double length_m, ArmCable& c) {
   Describe(v, c.drive);
 }
 
-void DescribeSections(Visitor& v, Arm& arm) {
-  const Key radius = Required({"radius", "constant, or [base, tip]"});
+// A length, constant or [base, tip].
+bool DescribeTaper(Visitor& v, const Key& key, schema::Range range, Taper* taper) {
+  bool given = false;
   v.Either(
-      radius, schema::Form::kArray,
+      key, schema::Form::kArray,
       [&] {
         std::vector<double> both(2);
-        v.Numbers(radius, Quantity::kLength, kPositive, 2, &both);
-        arm.radius_base_m = both[0];
-        arm.radius_tip_m = both[1];
+        if (v.Numbers(key, Quantity::kLength, range, 2, &both)) {
+          *taper = {both[0], both[1]};
+          given = true;
+        }
       },
       [&] {
-        v.Number(radius, Quantity::kLength, kPositive, &arm.radius_base_m);
-        arm.radius_tip_m = arm.radius_base_m;
+        if (v.Number(key, Quantity::kLength, range, &taper->base)) {
+          taper->tip = taper->base;
+          given = true;
+        }
       });
-  v.Diagonal({"stiffness", "diagonal, constant along the arm", "from material"},
-             Quantity::kSectionStiffness, kPositive, &arm.stiffness);
+  return given;
+}
+
+// The outline's keys; `other` is what may stand in their place. Returns whether there is one.
+bool DescribeOutline(Visitor& v, const char* other, bool needed, ArmPiece& piece) {
+  RoundOutline round;
+  const std::string one_of = fmt::format("this, or `width` and `height`{}", other);
+  const bool is_round = DescribeTaper(
+      v, Optional({.name = "radius", .meaning = "constant, or [base, tip]", .also = one_of}),
+      kPositive, &round.radius_m);
+  if (DescribeTaper(v,
+                    Optional({.name = "inner_radius",
+                              .meaning = "of a hollow section, constant or [base, tip]",
+                              .fallback = "0: solid",
+                              .bound = "[0, `radius`)"}),
+                    kNonNegative, &round.inner_radius_m)) {
+    v.Demand(is_round, "inner_radius", "needs `radius`");
+  }
+  RectangularOutline box;
+  const bool wide = DescribeTaper(
+      v, Optional({"width", "of a rectangular section, along y"}), kPositive, &box.width_m);
+  const bool high = DescribeTaper(v, Optional({"height", "along z"}), kPositive, &box.height_m);
+  v.Boolean({.name = "flooded",
+             .meaning = "a hollow section holds water: it displaces its wall alone"},
+            &piece.flooded);
+  if (v.describing()) return true;
+  v.Demand(wide == high, wide ? "width" : "height", "`width` and `height` go together");
+  v.Demand(!(is_round && wide), "width", "contradicts `radius`: a section has one outline");
+  const bool hollow = std::max(round.inner_radius_m.base, round.inner_radius_m.tip) > 0.0;
+  v.Demand(!piece.flooded || hollow, "flooded", "needs a hollow section (`inner_radius`)");
+  v.Demand(is_round || wide || !needed, "radius",
+           fmt::format("is missing: must be given, or `width` and `height`{}", other));
+  if (wide) {
+    piece.outline = box;
+  } else {
+    piece.outline = round;
+  }
+  return is_round || wide;
+}
+
+// A full stiffness of a section.
+bool DescribeStiffnessMatrix(Visitor& v, std::optional<Matrix6>* stiffness) {
+  std::vector<double> n;
+  if (!v.Numbers(Optional({.name = "stiffness_matrix",
+                           .meaning = "6 x 6, row by row: twist, bending y, z, stretch, shear y, z",
+                           .also = "symmetric, positive definite; instead of `stiffness`",
+                           .unit = "N m^2, N m, N"}),
+                 Quantity::kNumber, kAnyValue, 36, &n)) {
+    return false;
+  }
+  v.Demand(!v.Has("stiffness"), "stiffness_matrix", "contradicts `stiffness`: only one of them");
+  *stiffness = Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(n.data());
+  return true;
+}
+
+// The sections' matrices; returns whether stiffness and inertia both are given.
+bool DescribeMatrices(Visitor& v, ArmPiece& piece) {
+  std::optional<Vector6> diagonal;
+  if (v.Diagonal({"stiffness", "diagonal, constant along it", "from material"},
+                 Quantity::kSectionStiffness, kPositive, &diagonal)) {
+    piece.stiffness = Matrix6(diagonal->asDiagonal());
+  }
+  DescribeStiffnessMatrix(v, &piece.stiffness);
   v.Diagonal({"damping", "diagonal; acts with `effects.viscosity`", "from material"},
-             Quantity::kSectionDamping, kNonNegative, &arm.viscosity);
+             Quantity::kSectionDamping, kNonNegative, &piece.viscosity);
   v.Diagonal({"inertia", "diagonal", "from material"}, Quantity::kSectionInertia, kPositive,
-             &arm.inertia);
-  // Sections that are given in full need no material.
-  const bool needed = !v.describing() && (!arm.stiffness || !arm.inertia);
+             &piece.inertia);
+  return piece.stiffness && piece.inertia;
+}
+
+void DescribePiece(Visitor& v, const Material& of_arm, bool arm_has_material, ArmPiece& piece) {
+  v.Number(Required({"length"}), Quantity::kLength, kPositive, &piece.length_m);
+  DescribeOutline(v, "", true, piece);
+  const bool given = DescribeMatrices(v, piece);
+  piece.material = of_arm;
+  const bool needed = !v.describing() && !given && !arm_has_material;
   DescribeMaterial(v,
                    {.name = "material",
-                    .also = "unless `stiffness` and `inertia` are given",
+                    .fallback = "the arm's",
                     .presence = needed ? Presence::kRequired : Presence::kOptional},
-                   &arm.material);
+                   &piece.material);
   v.Number({"shear_correction", "factor on the shear stiffness"}, Quantity::kNumber, kPositive,
-           &arm.shear_correction);
+           &piece.shear_correction);
+  v.Boolean({"rigid", "does not strain: a million times as stiff as the stiffest other piece"},
+            &piece.rigid);
+}
+
+// A radius that is linear between given places: a piece for each, without nodes where they meet.
+void DescribeProfile(Visitor& v, double length_m, const ArmPiece& like,
+                     std::vector<ArmPiece>* pieces) {
+  std::vector<double> at, radius;
+  v.Numbers(Required({.name = "at",
+                      .meaning = "arc lengths, from the base to the tip",
+                      .bound = "0, ..., `length`, ascending"}),
+            Quantity::kLength, Range{0, length_m}, kOneOrMore, &at);
+  v.Numbers(Required({"radius", "one per `at`, linear between"}), Quantity::kLength, kPositive,
+            v.describing() ? kOneOrMore : static_cast<int>(at.size()), &radius);
+  if (v.describing()) return;
+  v.Demand(at.size() >= 2 && at.front() == 0.0 && at.back() == length_m, "at",
+           "must go from 0 m to the arm's length");
+  for (std::size_t i = 1; i < at.size(); ++i) {
+    v.Demand(at[i] > at[i - 1], "at", "must ascend");
+    ArmPiece piece = like;
+    piece.length_m = at[i] - at[i - 1];
+    piece.outline = RoundOutline{{radius[i - 1], radius[i]}, {}};
+    piece.node_at_end = false;
+    pieces->push_back(piece);
+  }
+}
+
+void DescribeSections(Visitor& v, Arm& arm) {
+  const bool pieces = v.Has("pieces"), profile = v.Has("radius_profile");
+  ArmPiece own;
+  own.length_m = arm.length_m;
+  DescribeOutline(v, ", or `radius_profile`, or `pieces`", !pieces && !profile, own);
+  const bool given = DescribeMatrices(v, own);
+  // Sections that are given in full need no material, nor does an arm whose pieces have theirs.
+  const bool needed = !v.describing() && !given && !pieces;
+  const bool has_material =
+      DescribeMaterial(v,
+                       {.name = "material",
+                        .also = "unless `stiffness` and `inertia`, or `pieces` are given",
+                        .presence = needed ? Presence::kRequired : Presence::kOptional},
+                       &own.material);
+  v.Number({"shear_correction", "factor on the shear stiffness"}, Quantity::kNumber, kPositive,
+           &own.shear_correction);
+  v.Table(Optional({.name = "radius_profile",
+                    .meaning = "of a round, solid arm: `at`, `radius`, arrays of one length",
+                    .also = "instead of `radius`"}),
+          [&](Visitor& t) { DescribeProfile(t, arm.length_m, own, &arm.pieces); });
+  v.Tables(Optional({.name = "pieces",
+                     .meaning = "from base to tip, with a node wherever two meet",
+                     .also = "instead of the keys of its one section; lengths add up to `length`"}),
+           [&](Visitor& t, int) {
+             DescribePiece(t, own.material, has_material, arm.pieces.emplace_back());
+           });
+  if (v.describing()) return;
+  for (const char* key : {"radius", "inner_radius", "width", "height", "stiffness",
+                          "stiffness_matrix", "damping", "inertia"}) {
+    v.Demand(!(pieces && v.Has(key)), key, "contradicts `pieces`: give it in each piece");
+  }
+  for (const char* key : {"radius", "inner_radius", "width", "height"}) {
+    v.Demand(!(profile && v.Has(key)), key, "contradicts `radius_profile`: a section has one outline");
+  }
+  v.Demand(!(pieces && profile), "radius_profile", "contradicts `pieces`: give one of them");
+  v.Demand(!(pieces && own.shear_correction != 1.0), "shear_correction",
+           "contradicts `pieces`: give it in each piece");
+  arm.material = own.material;
+  arm.shear_correction = own.shear_correction;
+  const auto* round = std::get_if<RoundOutline>(&own.outline);
+  const bool plain = round != nullptr && round->inner_radius_m.base == 0.0 &&
+                     round->inner_radius_m.tip == 0.0 && !v.Has("stiffness_matrix");
+  if (arm.pieces.empty() && plain) {
+    arm.radius_base_m = round->radius_m.base;
+    arm.radius_tip_m = round->radius_m.tip;
+    if (own.stiffness) arm.stiffness = Vector6(own.stiffness->diagonal());
+    arm.viscosity = own.viscosity;
+    arm.inertia = own.inertia;
+    return;
+  }
+  if (arm.pieces.empty()) arm.pieces = {own};
+  arm.radius_base_m = AreaOf(arm.pieces.front(), 0.0).radius_m;
+  arm.radius_tip_m = AreaOf(arm.pieces.back(), 1.0).radius_m;
 }
 
 void DescribeCurvature(Visitor& v, Arm& arm) {
@@ -195,6 +437,25 @@ void DescribeArm(Visitor& v, int index, Arm& arm) {
                &arm.distributed, DescribeDistributed);
   DescribeList(v, {"points", "wrenches at one place; a node is moved there"}, &arm.points,
                [&](Visitor& t, int i, PointWrench& p) { DescribePoint(t, i, arm.length_m, p); });
+  DescribeList(v,
+               {"muscles", "internal moments that travel along the arm as waves; no cable, no "
+                           "reaction but through the arm's base"},
+               &arm.muscles,
+               [&](Visitor& t, int i, MuscleWave& m) { DescribeMuscle(t, i, arm.length_m, m); });
+  DescribeList(v, {"payloads", "rigid bodies carried by a section; a node is moved there"},
+               &arm.payloads,
+               [&](Visitor& t, int i, Payload& p) { DescribePayload(t, i, arm.length_m, p); });
+  StrainTable strain;
+  if (v.Table(Optional({.name = "initial_strain",
+                        .meaning = "shape at t = 0",
+                        .fallback = "as at rest",
+                        .also = "not with `robot.initial`"}),
+              [&](Visitor& t) { DescribeInitialStrain(t, arm, strain); })) {
+    arm.initial_strain = strain;
+  }
+  DescribeList(v, {"initial_modes", "velocities at t = 0 in modes of vibration; they add up"},
+               &arm.initial_modes,
+               [](Visitor& t, int, InitialMode& m) { DescribeInitialMode(t, m); });
   v.Number(
       {"initial_mode1_tip_speed", "velocity at t = 0: first bending mode, tip speed along base y"},
       Quantity::kSpeed, kAnyValue, &arm.initial_mode1_tip_speed_m_s);

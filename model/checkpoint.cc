@@ -13,7 +13,7 @@
 namespace mantle::model {
 namespace {
 
-constexpr const char* kMagic = "mantle-checkpoint-3";
+constexpr const char* kMagic = "mantle-checkpoint-4";
 
 class Writer {
  public:
@@ -85,6 +85,15 @@ std::string Simulation::Checkpoint() const {
   double account[sizeof(Account) / sizeof(double)];
   std::memcpy(account, &account_, sizeof account);
   for (double x : account) out.Put(x);
+  out.Put(static_cast<double>(drops_.size()));
+  for (const PayloadDrop& drop : drops_) {
+    out.Put(drop.payload);
+    out.Put(drop.time_s);
+    for (const Vector3& v : {drop.centre_m, drop.velocity_m_s, drop.momentum_kg_m_s}) {
+      for (int k = 0; k < 3; ++k) out.Put(v(k));
+    }
+    out.Put(drop.kinetic_energy_j);
+  }
   return out.text + stepper_->SaveMemory();
 }
 
@@ -108,6 +117,20 @@ void Simulation::Restore(const std::string& checkpoint) {
   }
   double account[sizeof(Account) / sizeof(double)];
   for (double& x : account) x = in.Get();
+  const double count = in.Get();
+  if (!(count >= 0.0 && count <= static_cast<double>(work_.payloads.size()))) {
+    throw BadRobot("checkpoint: is damaged");
+  }
+  std::vector<PayloadDrop> drops(static_cast<std::size_t>(count));
+  for (PayloadDrop& drop : drops) {
+    drop.payload = static_cast<int>(in.Get());
+    drop.name = PayloadName(plant_, drop.payload);
+    drop.time_s = in.Get();
+    for (Vector3* v : {&drop.centre_m, &drop.velocity_m_s, &drop.momentum_kg_m_s}) {
+      for (int k = 0; k < 3; ++k) (*v)(k) = in.Get();
+    }
+    drop.kinetic_energy_j = in.Get();
+  }
   std::string memory, word;
   while (in.stream() >> word) memory += word + " ";
   stepper_ = MakeStepper(plant_, settings_.stepper);
@@ -115,6 +138,7 @@ void Simulation::Restore(const std::string& checkpoint) {
   const StepCounters fresh = stepper_->counters();
   state_ = state;
   step_cap_s_ = cap;
+  drops_ = drops;
   energy_.Restore(works, dissipated);
   std::memcpy(&account_, account, sizeof account);
   before_resume_ = c;

@@ -104,8 +104,22 @@ void Describe(Visitor& v, Effects& e) {
               [&](Visitor& t) { Describe(t, magnet); })) {
     e.magnetic_field = magnet;
   }
-  v.Vector({"current", "uniform steady velocity of the water, world frame"}, Quantity::kSpeed,
-           kAnyValue, &e.current_m_s);
+  const schema::Key current = {"current",
+                               "uniform velocity of the water, world frame: steady, or its "
+                               "components in time, continuous"};
+  v.Either(
+      current, schema::Form::kTable,
+      [&] {
+        UnsteadyCurrent c;
+        if (v.Table(Optional(current), [&](Visitor& t) {
+              DescribeSchedule(t, {"x"}, Quantity::kSpeed, kAnyValue, &c.x_m_s);
+              DescribeSchedule(t, {"y"}, Quantity::kSpeed, kAnyValue, &c.y_m_s);
+              DescribeSchedule(t, {"z"}, Quantity::kSpeed, kAnyValue, &c.z_m_s);
+            })) {
+          e.unsteady_current = c;
+        }
+      },
+      [&] { v.Vector(current, Quantity::kSpeed, kAnyValue, &e.current_m_s); });
 }
 
 void Describe(Visitor& v, Material& m) {

@@ -8,8 +8,8 @@
 namespace mantle::model {
 namespace {
 
-Vector3 CurrentOf(const Plant& plant) {
-  return plant.robot.effects.current_m_s.value_or(Vector3::Zero());
+Vector3 CurrentOf(const Plant& plant, const PlantState& state) {
+  return EvaluateWater(plant.robot.effects, state.time_s).velocity_m_s;
 }
 
 // The current as a rigid translation of the frame `rotation`.
@@ -26,6 +26,11 @@ Energies EnergiesInWater(const Plant& plant, const PlantState& state, const Plan
   e.kinetic_solid_j += 0.5 * root.dot(plant.rigid_inertia * root);
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     const Rod& rod = plant.rods[a];
+    for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+      const Vector6 carrying = AbsoluteTwist(plant, state, a, rod.payloads[k].node);
+      e.kinetic_solid_j += 0.5 * work.payloads[plant.PayloadIndex(a, static_cast<int>(k))] *
+                           carrying.dot(rod.payloads[k].inertia * carrying);
+    }
     const auto add = [&](const RodNode& place, const Vector6& eta) {
       e.kinetic_solid_j += 0.5 * eta.dot(place.inertia.cwiseProduct(eta));
       e.kinetic_water_j += 0.5 * place.added_mass_kg * eta.tail<2>().squaredNorm();
@@ -40,6 +45,9 @@ Energies EnergiesInWater(const Plant& plant, const PlantState& state, const Plan
       const RodElement& el = rod.elements[i];
       const Vector6 strain = work.rod[a][i].Strain(el) - el.reference_strain;
       e.elastic_arms_j += 0.5 * el.length * strain.dot(el.stiffness.cwiseProduct(strain));
+      if (!rod.coupling.empty()) {
+        e.elastic_arms_j += 0.5 * el.length * strain.dot(rod.coupling[i] * strain);
+      }
     }
   }
   if (!plant.shell) return e;
@@ -119,6 +127,11 @@ Vector3 MomentumRate(const Plant& plant, const PlantState& state, const PlantWor
       add(rod.nodes[i + 1], state.pose[plant.ArmPose(a, i + 1)], state.velocity.segment<6>(at),
           after);
       before = after;
+      if (rod.payloads.empty()) continue;
+      const Matrix6 payload = PayloadInertia(plant, work, a, i + 1);
+      const Vector6 eta = state.velocity.segment<6>(at);
+      total += turned(state.pose[plant.ArmPose(a, i + 1)], eta.head<3>(), payload * eta,
+                      payload * after);
     }
   }
   return total;
@@ -133,9 +146,9 @@ double Energies::magnitude() const {
 
 Energies EvaluateEnergies(const Plant& plant, const PlantState& state, const PlantWork& work) {
   Energies e = EnergiesInWater(plant, state, work);
-  const Vector3 current = CurrentOf(plant);
+  const Vector3 current = CurrentOf(plant, state);
   if (current.isZero(0.0)) return e;
-  const SolidMotion solid = EvaluateSolidMotion(plant, state);  // the earth's
+  const SolidMotion solid = EvaluateSolidMotion(plant, state, work);  // the earth's
   const Vector3 carried = solid.mass_kg * current;
   const Vector3 water = EvaluateMomentum(plant, state, work).tail<3>() - solid.momentum_kg_m_s;
   e.kinetic_solid_j += current.dot(solid.momentum_kg_m_s - 0.5 * carried);
@@ -154,9 +167,9 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
                                  int first_distributed, int first_point) {
   const Rod& rod = plant.rods[a];
   const Vector6 root = state.velocity.head<6>();
-  const Vector3 current = CurrentOf(plant);
+  const Vector3 current = CurrentOf(plant, state);
   const auto add = [&](const RodNode& node, const Pose& g, const Vector6& eta, int point_node) {
-    SectionMotion motion{g.rotation, eta};
+    SectionMotion motion{g.rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion.rotation = state.pose[0].rotation * g.rotation;
       motion.twist += AdjointInverseTimes(g, root);
@@ -190,12 +203,33 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
                           rod.points[k].load.frame, motion.rotation)
               .dot(earth_twist);
     }
+    for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+      if (rod.payloads[k].node != point_node) continue;
+      const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
+      for (const RootLoad& load : rod.payloads[k].loads) {
+        std::visit(
+            [&](const auto& l) {
+              l.AddPower(motion, earth_twist, attached * FieldScale(l, inputs.gravity_scale),
+                         power_.data());
+            },
+            load);
+      }
+    }
   };
   const Pose* pose = &state.pose[plant.ArmPose(a, 0)];
   for (int i = 0; i <= rod.element_count(); ++i) add(rod.nodes[i], pose[i], work.twist[a][i], i);
   for (int i = 0; i < rod.element_count(); ++i) {
     add(rod.middles[i], MiddlePose(rod.middles[i], work.rod[a][i].middle, pose[i]),
         work.middle[a][i].twist, -1);
+  }
+  for (std::size_t k = 0; k < rod.muscles.size(); ++k) {
+    const MuscleInput& in = inputs.muscles[plant.MuscleIndex(a, static_cast<int>(k))];
+    for (int i = 0; i < rod.element_count(); ++i) {
+      power_[rod.muscles[k].power_place] +=
+          MeanMuscleMoment(rod.muscles[k].wave, in, inputs.envelopes.data(), rod.x_m[i],
+                           rod.x_m[i + 1])
+              .dot(work.rod[a][i].d_dot.head<3>());
+    }
   }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
     const int index = plant.ArmCableIndex(a, static_cast<int>(c));
@@ -206,6 +240,9 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
     const Vector6 rate = work.rod[a][i].StrainRate(e);
     const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
     stress_power_arms_ += e.length * strain.dot(e.stiffness.cwiseProduct(rate));
+    if (!rod.coupling.empty()) {
+      stress_power_arms_ += e.length * strain.dot(rod.coupling[i] * rate);
+    }
     dissipation_ += e.length * rate.dot(e.viscosity.cwiseProduct(rate));
   }
 }
@@ -239,7 +276,7 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
                                    const VectorX& acceleration) {
   const Vector6 root = state.velocity.head<6>();
   // Loads see the water, works are the earth's.
-  const Vector6 earth_root = root + Carried(state.pose[0].rotation, CurrentOf(plant));
+  const Vector6 earth_root = root + Carried(state.pose[0].rotation, CurrentOf(plant, state));
   std::fill(power_.begin(), power_.end(), 0.0);
   dissipation_ = stress_power_arms_ = stress_power_mantle_ = 0;
   int distributed = 0, point = 0;
@@ -249,13 +286,18 @@ void EnergyAccount::EvaluatePowers(const Plant& plant, const PlantState& state,
     point += static_cast<int>(plant.rods[a].points.size());
   }
   if (plant.shell) AddMantlePowers(plant, state, inputs, work, earth_root);
-  const SectionMotion motion{state.pose[0].rotation, root};
+  const SectionMotion motion{state.pose[0].rotation, root, inputs.water_acceleration_m_s2};
   for (const RootLoad& load : plant.root_loads) {
     std::visit(
         [&](const auto& l) {
           l.AddPower(motion, earth_root, FieldScale(l, inputs.gravity_scale), power_.data());
         },
         load);
+  }
+  if (plant.water_place >= 0) {  // on the impulse of what is not solid
+    const Vector3 impulse = EvaluateMomentum(plant, state, work).tail<3>() -
+                            EvaluateSolidMotion(plant, state, work).momentum_kg_m_s;
+    power_[plant.water_place] += inputs.water_acceleration_m_s2.dot(impulse);
   }
   if (plant.constraint_place >= 0) {
     ApplyMass(plant, work, acceleration, &scratch_);
@@ -295,9 +337,13 @@ EnergyAccount::Balance EnergyAccount::EvaluateBalance(const Plant& plant, const 
     AddMantleInertia(work.mantle_inertia, true, &rate);
     kinetic += 0.5 * root.dot(rate * root);
   }
-  const Vector3 current = CurrentOf(plant);
+  const Vector3 current = CurrentOf(plant, state);
   if (!current.isZero(0.0)) {
     kinetic += current.dot(MomentumRate(plant, state, work, acceleration));
+  }
+  if (plant.water_place >= 0) {
+    const Vector3 by_water = EvaluateWater(plant.robot.effects, state.time_s).acceleration_m_s2;
+    kinetic += by_water.dot(EvaluateMomentum(plant, state, work).tail<3>());
   }
   double sum = kinetic + stress_power_arms_ + stress_power_mantle_ + dissipation_;
   double scale = std::abs(kinetic) + std::abs(stress_power_arms_) + std::abs(stress_power_mantle_) +

@@ -19,7 +19,9 @@
 ///   T = T' + c . P' + 1/2 m_solid |c|^2,
 ///
 /// the water's share T'_water + c . P'_water being what the body adds to the undisturbed stream
-/// (negative for a body held in it). The balance then contains that of momentum along c.
+/// (negative for a body held in it). The balance then contains that of momentum along c. Where c
+/// changes in time, dT/dt gains c_dot . (P' + m_solid c), and the water works by its pressure
+/// gradient and c_dot . P'_water (model/water_acceleration.h).
 
 namespace mantle::model {
 
@@ -47,8 +49,9 @@ class EnergyAccount {
     work_ = work_j;
     dissipated_ = dissipated_j;
   }
-  /// Work of an impulse of the root's support [J]; `place` is Plant::constraint_place.
-  void AddRootWork(int place, double work_j) { work_[place] += work_j; }
+  /// Work that is done at one instant [J]: an impulse of the root's support (`place` is
+  /// Plant::constraint_place), or what a payload that is dropped takes with it.
+  void AddWork(int place, double work_j) { work_[place] += work_j; }
 
   /// Powers [W] of every name at one instant (`work` from EvaluateForces at that state,
   /// `acceleration` the v_dot there; used for the constraint power of a prescribed root alone).

@@ -2,11 +2,30 @@
 
 #include <algorithm>
 #include <limits>
+#include <numbers>
 
 #include "model/root_motion.h"
 
 namespace mantle::model {
 namespace {
+
+// A step that ends on a break point may miss it by round-off.
+constexpr double kSameTime_s = 1e-12;
+constexpr double kTurn = 2.0 * std::numbers::pi;
+
+MuscleInput InputOf(const MuscleWave& wave, double t, bool from_left) {
+  MuscleInput in;
+  in.amplitude_n_m = Value(wave.amplitude_n_m, t, from_left);
+  in.phase_rad = wave.phase_rad + kTurn * Integral(wave.frequency_hz, t);
+  in.wave_number_1_m = kTurn / Value(wave.wave_length_m, t, from_left);
+  return in;
+}
+
+double IsAttached(const Payload& payload, double t, bool from_left) {
+  if (!payload.drop_s) return 1.0;
+  const bool before = from_left ? t <= *payload.drop_s + kSameTime_s : t < *payload.drop_s - kSameTime_s;
+  return before ? 1.0 : 0.0;
+}
 
 CableInput InputOf(const CableDrive& drive, double rest_m, double t, bool from_left) {
   CableInput in;
@@ -36,12 +55,19 @@ void ForEachSchedule(const Robot& robot, Visit visit) {
     for (const auto& d : arm.distributed) visit(d.schedule);
     for (const auto& p : arm.points) visit(p.schedule);
     for (const auto& c : arm.cables) drive(c.drive);
+    for (const auto& m : arm.muscles) {
+      for (const auto* s : {&m.amplitude_n_m, &m.wave_length_m, &m.frequency_hz}) visit(*s);
+      for (const auto& e : m.envelope) visit(e.factor);
+    }
   }
   if (robot.mantle) {
     for (const auto& s : robot.mantle->strips) visit(s.pressure_pa);
     for (const auto& s : robot.mantle->spokes) drive(s.drive);
   }
   if (robot.effects.normal_pressure) visit(robot.effects.normal_pressure->pressure_pa);
+  if (const auto& current = robot.effects.unsteady_current) {
+    for (const auto* s : {&current->x_m_s, &current->y_m_s, &current->z_m_s}) visit(*s);
+  }
   if (const auto* root = std::get_if<PrescribedRoot>(&robot.root)) {
     for (const auto* s : {&root->x_m, &root->y_m, &root->z_m, &root->angle_rad}) {
       if (*s) visit(**s);
@@ -50,6 +76,24 @@ void ForEachSchedule(const Robot& robot, Visit visit) {
 }
 
 }  // namespace
+
+WaterMotion EvaluateWater(const Effects& effects, double t_s, bool from_left) {
+  WaterMotion out;
+  if (effects.current_m_s) {
+    out.velocity_m_s = *effects.current_m_s;
+    out.drift_m = t_s * *effects.current_m_s;
+  }
+  if (const auto& current = effects.unsteady_current) {
+    int axis = 0;
+    for (const auto* s : {&current->x_m_s, &current->y_m_s, &current->z_m_s}) {
+      out.velocity_m_s(axis) = Value(*s, t_s, from_left);
+      out.drift_m(axis) = Integral(*s, t_s);
+      out.acceleration_m_s2(axis) = Rate(*s, t_s, from_left);
+      ++axis;
+    }
+  }
+  return out;
+}
 
 double CableTension(const CableInput& in, double length_m, double rate_m_s) {
   if (!in.reeled) return in.tension_n;
@@ -63,6 +107,9 @@ void EvaluateInputs(const Robot& robot, const std::vector<double>& cable_rest_m,
   in.cables.clear();
   in.distributed.clear();
   in.points.clear();
+  in.muscles.clear();
+  in.envelopes.clear();
+  in.payloads.clear();
   in.strips_pa.clear();
   std::size_t cable = 0;
   for (const Arm& arm : robot.arms) {
@@ -73,6 +120,15 @@ void EvaluateInputs(const Robot& robot, const std::vector<double>& cable_rest_m,
     for (const auto& c : arm.cables) {
       in.cables.push_back(InputOf(c.drive, cable_rest_m[cable++], t_s, from_left));
     }
+    for (const auto& m : arm.muscles) {
+      in.muscles.push_back(InputOf(m, t_s, from_left));
+      in.muscles.back().first_envelope = static_cast<int>(in.envelopes.size());
+      for (const auto& e : m.envelope) in.envelopes.push_back(Value(e.factor, t_s, from_left));
+    }
+    for (const auto& p : arm.payloads) in.payloads.push_back(IsAttached(p, t_s, from_left));
+  }
+  if (robot.effects.unsteady_current) {
+    in.water_acceleration_m_s2 = EvaluateWater(robot.effects, t_s, from_left).acceleration_m_s2;
   }
   if (robot.mantle) {
     for (const auto& s : robot.mantle->strips) {
@@ -96,6 +152,11 @@ void EvaluateInputs(const Robot& robot, const std::vector<double>& cable_rest_m,
 double NextBreakpoint(const Robot& robot, double t_s) {
   double next = std::numeric_limits<double>::infinity();
   ForEachSchedule(robot, [&](const Schedule& s) { next = std::min(next, NextBreakpoint(s, t_s)); });
+  for (const Arm& arm : robot.arms) {
+    for (const Payload& p : arm.payloads) {
+      if (p.drop_s && *p.drop_s > t_s + kSameTime_s) next = std::min(next, *p.drop_s);
+    }
+  }
   return next;
 }
 

@@ -20,15 +20,33 @@ struct CableInput {
 /// Tension [N] of a cable of this length and rate; a reeled cable goes slack instead of pushing.
 double CableTension(const CableInput& input, double length_m, double rate_m_s);
 
+/// A muscle's wave at one instant: amplitude e(X) sin(phase - wave_number X).
+struct MuscleInput {
+  double amplitude_n_m{0}, phase_rad{0}, wave_number_1_m{0};
+  int first_envelope{0};  ///< its factors in PlantInputs::envelopes
+};
+
+/// The uniform water at one instant, in the earth's frame.
+struct WaterMotion {
+  Vector3 velocity_m_s{Vector3::Zero()};
+  Vector3 drift_m{Vector3::Zero()};  ///< way since t = 0
+  Vector3 acceleration_m_s2{Vector3::Zero()};
+};
+WaterMotion EvaluateWater(const Effects& effects, double t_s, bool from_left = false);
+
 /// Every schedule's value at one instant; also what a controller or drives write.
 struct PlantInputs {
   std::vector<CableInput> cables;   ///< arms in order, cables in order; then the mantle's spokes
   std::vector<double> distributed;  ///< arms in order, loads in order
   std::vector<double> points;
+  std::vector<MuscleInput> muscles;  ///< arms in order, muscles in order
+  std::vector<double> envelopes;     ///< of all muscles
+  std::vector<double> payloads;      ///< 1 attached, 0 dropped; arms in order, payloads in order
   std::vector<double> strips_pa;
   double normal_pressure_pa{0};
   double gravity_scale{1};  ///< load stepping in statics: of every load of a field
-  Pose root_pose;           ///< prescribed root only
+  Vector3 water_acceleration_m_s2{Vector3::Zero()};  ///< of the current, world frame
+  Pose root_pose;                                    ///< prescribed root only
   Vector6 root_twist{Vector6::Zero()};
   Vector6 root_acceleration{Vector6::Zero()};
 };

@@ -11,7 +11,7 @@ constexpr double kPi = std::numbers::pi;
 }  // namespace
 
 void GravityLoad::Name(const std::string&, PowerNames* names) {
-  if (body_density_kg_m3 != 0.0) weight_place = names->Place(kWeightName);
+  if (body_density_kg_m3 != 0.0 || by_section) weight_place = names->Place(kWeightName);
   if (water_density_kg_m3 != 0.0) buoyancy_place = names->Place(kBuoyancyName);
 }
 
@@ -19,13 +19,13 @@ void GravityLoad::AddPower(const SectionGeometry& s, const SectionMotion& m,
                            const Vector6& working_twist, double scale, double* power_w) const {
   const double fall =
       scale * s.area_m2 * (m.rotation.conjugate() * gravity_m_s2).dot(working_twist.tail<3>());
-  if (weight_place >= 0) power_w[weight_place] += body_density_kg_m3 * fall;
+  if (weight_place >= 0) power_w[weight_place] += BodyDensity(s) * fall;
   if (buoyancy_place >= 0) power_w[buoyancy_place] += -water_density_kg_m3 * fall;
 }
 
 Vector6 GravityLoad::Density(const SectionGeometry& s, const SectionMotion& m) const {
   Vector6 w = Vector6::Zero();
-  const double weight = (body_density_kg_m3 - water_density_kg_m3) * s.area_m2;
+  const double weight = (BodyDensity(s) - water_density_kg_m3) * s.area_m2;
   w.tail<3>() = weight * (m.rotation.conjugate() * gravity_m_s2);
   return w;
 }
@@ -45,9 +45,14 @@ void DragLoad::AddPower(const SectionGeometry& s, const SectionMotion& m,
   power_w[place] += scale * Density(s, m).dot(working_twist);
 }
 
+Vector3 DragLoad::Shape(const SectionGeometry& s) const {
+  const Vector3 d(0.5 * kPi * coefficients.x(), coefficients.y(), coefficients.z());
+  return d.cwiseProduct(s.drag_shape);
+}
+
 Vector6 DragLoad::Density(const SectionGeometry& s, const SectionMotion& m) const {
   const Vector3 v = m.twist.tail<3>();
-  const Vector3 d(0.5 * kPi * coefficients.x(), coefficients.y(), coefficients.z());
+  const Vector3 d = Shape(s);
   Vector6 w = Vector6::Zero();
   w.tail<3>() = (-water_density_kg_m3 * s.radius_m * v.norm()) * d.cwiseProduct(v);
   return w;
@@ -57,7 +62,7 @@ void DragLoad::AddTangent(const SectionGeometry& s, const SectionMotion& m, Load
   const Vector3 v = m.twist.tail<3>();
   const double speed = v.norm();
   if (speed == 0.0) return;  // the density is differentiable there, with derivative zero
-  const Vector3 d(0.5 * kPi * coefficients.x(), coefficients.y(), coefficients.z());
+  const Vector3 d = Shape(s);
   const double k = -water_density_kg_m3 * s.radius_m;
   t->force_by_velocity += (k / speed) * d.cwiseProduct(v) * v.transpose();
   t->force_by_velocity.diagonal() += k * speed * d;
@@ -81,8 +86,10 @@ std::optional<GravityLoad> GravityLoad::From(const Arm& arm, const Water& water,
   if (!effects.weight && !effects.buoyancy) return std::nullopt;
   const double density = arm.inertia ? (*arm.inertia)(5) / (kPi * std::pow(arm.radius_base_m, 2))
                                      : arm.material.density_kg_m3;
+  const bool by_section =
+      !arm.pieces.empty() || (arm.inertia && arm.radius_base_m != arm.radius_tip_m);
   return GravityLoad{effects.gravity_m_s2, effects.weight ? density : 0.0,
-                     effects.buoyancy ? water.density_kg_m3 : 0.0};
+                     effects.buoyancy ? water.density_kg_m3 : 0.0, effects.weight && by_section};
 }
 
 std::optional<DragLoad> DragLoad::From(const Arm& arm, const Water& water, const Effects& effects) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "model/magnetic_load.h"
+#include "model/water_acceleration.h"
 
 /// Loads on a section of an arm: each a pure value that returns a wrench density (per unit
 /// reference length, section frame) from the section's geometry and its absolute pose and twist.
@@ -32,12 +33,16 @@ inline constexpr const char* kBuoyancyName = "buoyancy";
 struct GravityLoad {
   Vector3 gravity_m_s2;
   double body_density_kg_m3, water_density_kg_m3;  ///< zero where the effect is not named
+  bool by_section{false};  ///< the body's density is the section's
   int weight_place{-1}, buoyancy_place{-1};
 
   static std::optional<GravityLoad> From(const Arm& arm, const Water& water,
                                          const Effects& effects);
   static constexpr bool kField = true;
-  bool IsNothing() const { return body_density_kg_m3 == water_density_kg_m3; }
+  bool IsNothing() const { return !by_section && body_density_kg_m3 == water_density_kg_m3; }
+  double BodyDensity(const SectionGeometry& s) const {
+    return by_section ? s.density_kg_m3 : body_density_kg_m3;
+  }
   bool NeedsRotation() const { return true; }
   void Scale(const Mismatch&) {}
   void Name(const std::string& body, PowerNames* names);
@@ -47,7 +52,8 @@ struct GravityLoad {
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
 };
 
-/// -rho_w |v| h diag(pi/2 C_x, C_y, C_z) v ([Renda] 2.6, [physics.md] 2).
+/// -rho_w |v| h diag(pi/2 C_x, C_y, C_z) v ([Renda] 2.6, [physics.md] 2), h the radius; of a
+/// rectangle, in each direction what faces the flow (SectionGeometry::drag_shape).
 struct DragLoad {
   double water_density_kg_m3;
   Vector3 coefficients;
@@ -58,6 +64,8 @@ struct DragLoad {
   bool IsNothing() const { return false; }
   bool NeedsRotation() const { return false; }
   void Scale(const Mismatch& m) { coefficients *= m.drag; }
+  /// Coefficients times the section's shape.
+  Vector3 Shape(const SectionGeometry& s) const;
   void Name(const std::string& body, PowerNames* names);
   void AddPower(const SectionGeometry& s, const SectionMotion& m, const Vector6& working_twist,
                 double scale, double* power_w) const;
@@ -71,16 +79,17 @@ struct DistributedLoad {
   Vector6 direction;
   double base, tip, length_m;
   LoadFrame frame;
+  /// Its reaction is on the root, so that the vehicle's momentum does not change ([Renda] 3.3).
+  bool internal{frame == LoadFrame::kBody};
 
   Vector6 Density(const SectionGeometry& s, const SectionMotion& m) const;
   void AddTangent(const SectionGeometry& s, const SectionMotion& m, LoadTangent* t) const;
 };
 
-/// A follower is an actuator's: internal to the vehicle, so the root receives the opposite wrench
-/// and the vehicle's momentum does not change ([Renda] 3.3). A dead load is external.
-inline bool IsInternal(const DistributedLoad& load) { return load.frame == LoadFrame::kBody; }
+inline bool IsInternal(const DistributedLoad& load) { return load.internal; }
 
-using SectionLoad = std::variant<GravityLoad, DragLoad, MagneticSectionLoad>;
+using SectionLoad =
+    std::variant<GravityLoad, DragLoad, MagneticSectionLoad, WaterAccelerationLoad>;
 
 /// `field_scale` for loads of a field, 1 for others.
 template <typename Load>

@@ -245,6 +245,14 @@ std::optional<WallGravityLoad> WallGravityLoad::From(const Mantle& mantle, const
                          effects.buoyancy ? water.density_kg_m3 : 0.0};
 }
 
+std::optional<WallWaterAccelerationLoad> WallWaterAccelerationLoad::From(const Mantle& mantle,
+                                                                         const Water& water,
+                                                                         const Effects& effects) {
+  if (!effects.unsteady_current) return std::nullopt;
+  return WallWaterAccelerationLoad{mantle.half_thickness_m, mantle.material.density_kg_m3,
+                                   water.density_kg_m3};
+}
+
 std::optional<OutflowLoad> OutflowLoad::From(const Mantle&, const Water&, const Effects& effects) {
   if (!effects.contained_water) return std::nullopt;
   return OutflowLoad{};

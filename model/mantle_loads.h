@@ -153,6 +153,32 @@ struct WallGravityLoad {
   void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const;
 };
 
+/// What an accelerating water does to the wall (model/water_acceleration.h): as gravity by -a on
+/// its mass, less that on what it displaces.
+struct WallWaterAccelerationLoad {
+  double half_thickness_m, body_density_kg_m3, water_density_kg_m3;
+  int place{-1};
+
+  /// The gravity that it is like; its "buoyancy" works under this load's name.
+  WallGravityLoad AsGravity(const Vector3& water_acceleration_m_s2) const {
+    return {-water_acceleration_m_s2, half_thickness_m, body_density_kg_m3, water_density_kg_m3,
+            -1, place};
+  }
+
+  static std::optional<WallWaterAccelerationLoad> From(const Mantle& mantle, const Water& water,
+                                                       const Effects& effects);
+  static constexpr bool kField = false;
+  void Scale(const Mismatch&) {}
+  void Name(const std::string&, PowerNames* names) { place = names->Place(kWaterAccelerationName); }
+  void AddForces(const ShellMotion& m, ShellForces* f) const {
+    AsGravity(m.root.water_acceleration_m_s2).AddForces(m, f);
+  }
+  void AddTangent(const ShellMotion&, ShellTangent*) const {}
+  void AddPower(const ShellMotion& m, const Vector6& working_twist, double* power_w) const {
+    AsGravity(m.root.water_acceleration_m_s2).AddPower(m, working_twist, power_w);
+  }
+};
+
 /// Contained water that leaves with the lip's lateral velocity (OutflowWrench); its power counts
 /// what the water's own kinetic energy loses with its mass.
 struct OutflowLoad {
@@ -169,7 +195,7 @@ struct OutflowLoad {
 };
 
 using MantleLoad = std::variant<NormalPressureLoad, JetLoad, AxialDragLoad, LateralDragLoad,
-                                WallGravityLoad, OutflowLoad>;
+                                WallGravityLoad, OutflowLoad, WallWaterAccelerationLoad>;
 
 /// The load of a kind in a list, or null.
 template <typename Load>

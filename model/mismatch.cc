@@ -18,6 +18,11 @@ Robot WithActualBodies(const Robot& described) {
     if (arm.stiffness) *arm.stiffness *= m.young;
     if (arm.viscosity) *arm.viscosity *= m.viscosity;
     arm.added_mass_coefficient *= m.added_mass;
+    for (ArmPiece& piece : arm.pieces) {
+      Scale(m, &piece.material);
+      if (piece.stiffness) *piece.stiffness *= m.young;
+      if (piece.viscosity) *piece.viscosity *= m.viscosity;
+    }
   }
   if (robot.mantle) {
     Scale(m, &robot.mantle->material);

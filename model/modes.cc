@@ -27,6 +27,7 @@ Robot Conservative(Robot robot) {
   robot.effects.roll_drag.reset();
   robot.effects.rigid_drag.reset();
   robot.effects.current_m_s.reset();
+  robot.effects.unsteady_current.reset();
   return robot;
 }
 

@@ -25,8 +25,13 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   for (int i = 0; i < n; ++i) {
     const RodElementState& e = work.rod[a][i];
     Vector6 sigma = RodStress(rod.elements[i], e);
+    AddCoupledStress(rod, i, e, work.muscles[a], &sigma);
     Matrix6 cable_tangent = Matrix6::Zero();
     bool pulled = false;
+    if (!rod.coupling.empty()) {
+      cable_tangent = rod.coupling[i] / rod.elements[i].length;
+      pulled = true;
+    }
     for (std::size_t c = 0; c < rod.cables.size(); ++c) {
       if (i >= static_cast<int>(rod.cables[c].pieces.size())) continue;
       const CableInput& in = inputs.cables[plant.ArmCableIndex(a, static_cast<int>(c))];
@@ -83,7 +88,14 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       d -= s * (ad.transpose() * m.asDiagonal());
       d -= s * CoadjointMatrix(m.cwiseProduct(eta));
     }
-    SectionMotion motion{g.rotation, eta};
+    const bool loaded = inertia && node >= 0 && !rod.payloads.empty();
+    const Matrix6 payload = loaded ? PayloadInertia(plant, work, a, node) : Matrix6::Zero();
+    if (loaded && s > 0.0) {
+      const Matrix6 ad = SmallAdjoint(eta);
+      d += s * (s * payload + chart * payload * ad - ad.transpose() * payload -
+                CoadjointMatrix(payload * eta));
+    }
+    SectionMotion motion{g.rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion.rotation = state.pose[0].rotation * g.rotation;
       motion.twist += AdjointInverseTimes(g, state.velocity.head<6>());
@@ -112,6 +124,13 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       lt.moment_by_rotation += Hat(w.head<3>());
       lt.force_by_rotation += Hat(w.tail<3>());
     }
+    for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+      if (rod.payloads[k].node != node) continue;
+      const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
+      d.leftCols<3>() -=
+          attached *
+          RootLoadTangent(rod.payloads[k].loads, motion, inputs.gravity_scale).by_rotation;
+    }
     d.topLeftCorner<3, 3>() -= lt.moment_by_rotation;
     d.bottomLeftCorner<3, 3>() -= lt.force_by_rotation;
     d.bottomRightCorner<3, 3>() -= s * lt.force_by_velocity;
@@ -121,6 +140,7 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       Matrix6 by_twist = ad.transpose() * m.asDiagonal();
       by_twist += CoadjointMatrix(m.cwiseProduct(eta));
       by_twist.bottomRightCorner<3, 3>() += lt.force_by_velocity;
+      if (loaded) by_twist += ad.transpose() * payload + CoadjointMatrix(payload * eta);
       d.noalias() -= by_twist * ad;
     }
   };

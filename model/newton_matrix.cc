@@ -175,7 +175,9 @@ bool NewtonMatrix::FactorAbout(const Plant& plant, const PlantState& state,
   }
   // What drag does to the root in s is small beside the mass, and left to the correction.
   root_.leftCols<3>() -=
-      RootLoadTangent(plant.root_loads, {state.pose[0].rotation, eta}, inputs.gravity_scale)
+      RootLoadTangent(plant.root_loads,
+                      {state.pose[0].rotation, eta, inputs.water_acceleration_m_s2},
+                      inputs.gravity_scale)
           .by_rotation;
   for (int a = 0; a < static_cast<int>(arms_.size()); ++a) {
     AssembleArm(plant, a, state, inputs, work, s, chart, about);

@@ -12,7 +12,7 @@ Pose FromRoot(const Plant& plant, const PlantState& state, int arm, int node) {
 }
 
 // In the frame that drifts with the current.
-SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state) {
+SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state, const PlantWork& work) {
   SolidMotion out;
   const Pose& root = state.pose[0];
   const Vector6 eta = state.velocity.head<6>();
@@ -39,6 +39,15 @@ SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state) {
       add(plant.rods[a].middles[i].inertia(5), m.pose.position,
           m.pose.rotation * m.twist.tail<3>());
     }
+    for (std::size_t k = 0; k < plant.rods[a].payloads.size(); ++k) {
+      const RodPayload& p = plant.rods[a].payloads[k];
+      const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
+      const Pose g = AbsolutePose(plant, state, a, p.node);
+      const Vector6 eta_p = AbsoluteTwist(plant, state, a, p.node);
+      const Vector3& centre = p.payload.offset_m;
+      add(attached * p.payload.mass_kg, g.position + g.rotation * centre,
+          g.rotation * (eta_p.tail<3>() + eta_p.head<3>().cross(centre)));
+    }
   }
   for (int j = 0; j < plant.shape_count(); ++j) {
     const double mass = plant.shell->nodes[j].mass_kg;
@@ -52,12 +61,12 @@ SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state) {
 
 }  // namespace
 
-SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state) {
-  SolidMotion out = SolidMotionInWater(plant, state);
-  if (const auto& current = plant.robot.effects.current_m_s) {
-    out.centre_m += state.time_s * *current;
-    out.momentum_kg_m_s += out.mass_kg * *current;
-  }
+SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state,
+                                const PlantWork& work) {
+  SolidMotion out = SolidMotionInWater(plant, state, work);
+  const WaterMotion water = EvaluateWater(plant.robot.effects, state.time_s);
+  out.centre_m += water.drift_m;
+  out.momentum_kg_m_s += out.mass_kg * water.velocity_m_s;
   return out;
 }
 
@@ -76,13 +85,24 @@ Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const Plan
       total += AdjointInverseTransposeTimes(
           m.pose, plant.rods[a].middles[i].FullInertia().cwiseProduct(m.twist));
     }
+    for (const RodPayload& p : plant.rods[a].payloads) {
+      if (p.node == 0) continue;  // in root_mass
+      const double attached = work.payloads[plant.PayloadIndex(
+          a, static_cast<int>(&p - plant.rods[a].payloads.data()))];
+      const Vector6 eta = state.velocity.segment<6>(plant.ArmVelocity(a, p.node));
+      total += attached *
+               AdjointInverseTransposeTimes(AbsolutePose(plant, state, a, p.node), p.inertia * eta);
+    }
   }
-  if (const auto& current = plant.robot.effects.current_m_s) {
-    const SolidMotion solid = SolidMotionInWater(plant, state);
+  const WaterMotion water = EvaluateWater(plant.robot.effects, state.time_s);
+  const Vector3& current = water.velocity_m_s;
+  if (!current.isZero(0.0) || !water.drift_m.isZero(0.0)) {
+    const SolidMotion solid = SolidMotionInWater(plant, state, work);
     const Vector3 impulse = total.tail<3>();
+    const Vector3 carried = solid.mass_kg * current;
     total.head<3>() +=
-        state.time_s * current->cross(impulse) + solid.mass_kg * solid.centre_m.cross(*current);
-    total.tail<3>() += solid.mass_kg * *current;
+        water.drift_m.cross(Vector3(impulse + carried)) + solid.centre_m.cross(carried);
+    total.tail<3>() += carried;
   }
   return total;
 }
@@ -102,6 +122,14 @@ double LockedPower(const Plant& plant, const PlantState& state, const PlantWork&
       add(rod.middles[i],
           MiddlePose(rod.middles[i], work.rod[a][i].middle, FromRoot(plant, state, a, i)));
       add(rod.nodes[i + 1], FromRoot(plant, state, a, i + 1));
+    }
+    for (const RodPayload& p : plant.rods[a].payloads) {
+      if (p.node == 0) continue;
+      const double attached = work.payloads[plant.PayloadIndex(
+          a, static_cast<int>(&p - plant.rods[a].payloads.data()))];
+      const Pose h = FromRoot(plant, state, a, p.node);
+      power += attached * AdjointInverseTimes(h, eta).dot(
+                              p.inertia * AdjointInverseTimes(h, root_acceleration));
     }
   }
   return power;

@@ -11,7 +11,7 @@ struct SolidMotion {
   Vector3 centre_m{Vector3::Zero()};
   Vector3 momentum_kg_m_s{Vector3::Zero()};  ///< of the solid
 };
-SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state);
+SolidMotion EvaluateSolidMotion(const Plant& plant, const PlantState& state, const PlantWork& work);
 
 /// Momentum of solid and added mass as an (angular about the earth's origin, linear) vector; `work`
 /// from EvaluateForces. The added mass counts with its velocity through the water: its impulse, the

@@ -47,6 +47,15 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
     throw BadRobot("robot: has no bodies, needs an arm, a mantle or a rigid body");
   }
   CheckRootMotion(robot);
+  if (!exact()) {
+    const char* frozen = "robot.coupling = \"frozen\": must be \"exact\" with ";
+    for (const Arm& arm : robot.arms) {
+      if (!arm.payloads.empty()) throw BadRobot(frozen + ("arms." + arm.name + ".payloads"));
+    }
+    if (robot.effects.unsteady_current) {
+      throw BadRobot(std::string(frozen) + "a current that changes in time");
+    }
+  }
   for (std::size_t i = 0; i < robot.arms.size(); ++i) {
     rods.push_back(Named(fmt::format("arms.{}", robot.arms[i].name),
                          [&] { return MakeRod(robot.arms[i], robot.water, robot.effects); }));
@@ -54,7 +63,12 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
   if (robot.mantle) {
     shell = Named("mantle", [&] { return MakeShell(*robot.mantle, robot.water, robot.effects); });
   }
+  int muscles = 0, payloads = 0;
   for (const Rod& rod : rods) {
+    muscle_offset_.push_back(muscles);
+    payload_offset_.push_back(payloads);
+    muscles += static_cast<int>(rod.muscles.size());
+    payloads += static_cast<int>(rod.payloads.size());
     pose_offset_.push_back(pose_count_);
     velocity_offset_.push_back(velocity_size_);
     cable_offset_.push_back(cable_count_);
@@ -135,6 +149,13 @@ void Plant::MakeLoads() {
     }
     for (auto& d : rod.distributed) d.power_place = place("distributed", rod.name, d.name);
     for (auto& p : rod.points) p.power_place = place("point", rod.name, p.load.name);
+    for (auto& m : rod.muscles) m.power_place = place("muscle", rod.name, m.wave.name);
+    for (auto& p : rod.payloads) {
+      for (RootLoad& load : p.loads) {
+        std::visit([&](auto& l) { l.Name(&power_names); }, load);
+      }
+      if (p.payload.drop_s) p.power_place = place("dropped", rod.name, p.payload.name);
+    }
     for (auto& c : rod.cables) c.power_place = place("cable", rod.name, c.name);
   }
   if (shell) {
@@ -147,6 +168,7 @@ void Plant::MakeLoads() {
   for (RootLoad& load : root_loads) {
     std::visit([&](auto& l) { l.Name(&power_names); }, load);
   }
+  if (robot.effects.unsteady_current) water_place = power_names.Place(kWaterAccelerationName);
   if (!root_free()) constraint_place = power_names.Place("root_constraint");
 }
 
@@ -254,7 +276,19 @@ PlantWork::PlantWork(const Plant& plant)
     middle.emplace_back(r.elements.size());
     mass.emplace_back(static_cast<int>(r.nodes.size()));
     mass_rhs.push_back(VectorX::Zero(6 * static_cast<int>(r.nodes.size())));
+    muscles.emplace_back(r.muscles.empty() ? 0 : r.elements.size(), Vector3::Zero());
+    payloads.insert(payloads.end(), r.payloads.size(), 1.0);
   }
+}
+
+Matrix6 PayloadInertia(const Plant& plant, const PlantWork& work, int arm, int node) {
+  Matrix6 sum = Matrix6::Zero();
+  const std::vector<RodPayload>& payloads = plant.rods[arm].payloads;
+  for (std::size_t k = 0; k < payloads.size(); ++k) {
+    if (payloads[k].node != node) continue;
+    sum += work.payloads[plant.PayloadIndex(arm, static_cast<int>(k))] * payloads[k].inertia;
+  }
+  return sum;
 }
 
 ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
@@ -262,7 +296,7 @@ ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const Pl
   return {*plant.shell,
           state.shape,
           state.velocity.data() + plant.ShellVelocity(0),
-          {state.pose[0].rotation, state.velocity.head<6>()},
+          {state.pose[0].rotation, state.velocity.head<6>(), inputs.water_acceleration_m_s2},
           plant.exact(),
           inputs.normal_pressure_pa,
           inputs.gravity_scale,

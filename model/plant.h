@@ -48,6 +48,7 @@ class Plant {
   std::vector<MantleLoad> mantle_loads;
   PowerNames power_names;    ///< of every load, cable and constraint; what is not named is not here
   int constraint_place{-1};  ///< of a root that is not free
+  int water_place{-1};       ///< of a current that changes in time
   double body_length_m{0};
   std::vector<double> cable_rest_m;  ///< lengths at rest, as the inputs' cables
 
@@ -64,13 +65,16 @@ class Plant {
   int ShellVelocity(int node) const { return shell_offset_ + 3 * node; }
 
   int cable_count() const { return cable_count_; }
+  /// First of an arm's muscles and payloads among the inputs'.
+  int MuscleIndex(int arm, int muscle) const { return muscle_offset_[arm] + muscle; }
+  int PayloadIndex(int arm, int payload) const { return payload_offset_[arm] + payload; }
   int ArmCableIndex(int arm, int cable) const { return cable_offset_[arm] + cable; }
   int SpokeIndex(int k) const { return spoke_offset_ + k; }
 
  private:
   void MakeLoads();
 
-  std::vector<int> pose_offset_, velocity_offset_, cable_offset_;
+  std::vector<int> pose_offset_, velocity_offset_, cable_offset_, muscle_offset_, payload_offset_;
   int shell_offset_{6}, velocity_size_{6}, pose_count_{1}, cable_count_{0}, spoke_offset_{0};
 };
 
@@ -112,6 +116,8 @@ struct PlantWork {
   std::vector<std::vector<Pose>> load_pose;  ///< frozen coupling only: absolute poses
   std::vector<std::vector<RodElementState>> rod;
   std::vector<std::vector<MiddleState>> middle;  ///< per arm and element, its twist as `twist`
+  std::vector<std::vector<Vector3>> muscles;  ///< moment of the muscles per element; or none
+  std::vector<double> payloads;               ///< as the inputs' of the last EvaluateForces
   std::vector<ShellElementState> shell;
   std::vector<Vector3> volume_gradient;
   std::vector<double> cable_length_m, cable_rate_m_s, cable_tension_n;
@@ -151,6 +157,9 @@ ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const Pl
 /// impulse. Does nothing to a root that is free or has no kink there.
 EvaluationFailure CrossRootKink(const Plant& plant, PlantInputs* inputs, PlantWork* work,
                                 PlantState* state);
+
+/// Inertia of the payloads that are attached to a node, about its origin; zero without any.
+Matrix6 PayloadInertia(const Plant& plant, const PlantWork& work, int arm, int node);
 
 /// Absolute pose and twist of a node, whatever the coupling.
 Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node);

@@ -51,7 +51,22 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
     work->cable_rate_m_s[index] = rate;
     work->cable_tension_n[index] = CableTension(inputs.cables[index], length, rate);
   }
+  if (rod.muscles.empty()) return {};
+  for (int i = 0; i < n; ++i) {
+    Vector3& moment = work->muscles[a][i];
+    moment.setZero();
+    for (std::size_t k = 0; k < rod.muscles.size(); ++k) {
+      moment += MeanMuscleMoment(rod.muscles[k].wave,
+                                 inputs.muscles[plant.MuscleIndex(a, static_cast<int>(k))],
+                                 inputs.envelopes.data(), rod.x_m[i], rod.x_m[i + 1]);
+    }
+  }
   return {};
+}
+
+double AttachedOf(const Plant& plant, int a, const RodPayload& p, const PlantWork& work) {
+  const auto k = &p - plant.rods[a].payloads.data();
+  return work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
 }
 
 // On a place of an arm: loads from outside, the wrenches of actuators, and of these the internal
@@ -93,6 +108,7 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
 
   for (int i = 0; i < n; ++i) {
     Vector6 sigma = RodStress(rod.elements[i], elements[i]);
+    AddCoupledStress(rod, i, elements[i], work->muscles[a], &sigma);
     for (std::size_t c = 0; c < rod.cables.size(); ++c) {
       if (i >= static_cast<int>(rod.cables[c].pieces.size())) continue;
       const double u = work->cable_tension_n[plant.ArmCableIndex(a, static_cast<int>(c))];
@@ -113,11 +129,16 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
   for (int i = 1; i <= n; ++i) {
     at(i) += CoadjointTimes(twist[i], rod.nodes[i].FullInertia().cwiseProduct(twist[i]));
   }
+  for (const RodPayload& p : rod.payloads) {  // on node 0 it is in the root's momentum
+    if (p.node == 0) continue;
+    const double attached = AttachedOf(plant, a, p, *work);
+    at(p.node) += attached * CoadjointTimes(twist[p.node], p.inertia * twist[p.node]);
+  }
 
   Vector6 root_loads = Vector6::Zero();  // frozen coupling: external loads, about the root
   const auto loads_on = [&](const RodNode& place, const Pose& g, const Vector6& eta,
                             SectionMotion* motion) {
-    *motion = {g.rotation, eta};
+    *motion = {g.rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion->rotation = state.pose[0].rotation * g.rotation;
       motion->twist += AdjointInverseTimes(g, root_twist);
@@ -137,12 +158,20 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
       loads.external += WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
                                         rod.points[k].load.frame, motion.rotation);
     }
+    for (const RodPayload& p : rod.payloads) {
+      if (p.node != i) continue;
+      const double attached = AttachedOf(plant, a, p, *work);
+      AddRootWrenches(p.loads, motion, inputs.gravity_scale, attached, &loads.external);
+    }
     if (i > 0) {
       at(i) += loads.external + loads.actuation;
     } else {
       base += loads.external + loads.actuation;
     }
-    if (!plant.exact()) root_loads += AdjointInverseTransposeTimes(pose[i], loads.external);
+    if (!plant.exact()) {
+      root_loads += AdjointInverseTransposeTimes(
+          pose[i], loads.external + loads.actuation - loads.internal);
+    }
   }
   for (int i = 0; i < n; ++i) {
     const RodNode& place = rod.middles[i];
@@ -160,7 +189,10 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
       at(i) += f1;
     }
     at(i + 1) += f2;
-    if (!plant.exact()) root_loads += AdjointInverseTransposeTimes(g, loads.external);
+    if (!plant.exact()) {
+      root_loads += AdjointInverseTransposeTimes(
+          g, loads.external + loads.actuation - loads.internal);
+    }
   }
   work->force.head<6>() +=
       plant.exact() ? AdjointInverseTransposeTimes(rod.mount, base) : root_loads;
@@ -258,6 +290,11 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
                    PlantWork* work) {
   const Vector6 eta = state.velocity.head<6>();
   work->root_mass = plant.root_inertia;
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    if (plant.rods[a].payloads.empty()) continue;
+    const Matrix6 ad = Adjoint(Inverse(plant.rods[a].mount));
+    work->root_mass += ad.transpose() * PayloadInertia(plant, *work, a, 0) * ad;
+  }
   if (plant.shell) AddMantleInertia(work->mantle_inertia, false, &work->root_mass);
   if (!plant.exact()) {
     const auto lock = [&](const RodNode& place, const Pose& g) {
@@ -282,8 +319,9 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
   }
   work->force.head<6>() += CoadjointTimes(eta, momentum);
   Vector6 wrench = work->force.head<6>();
-  AddRootWrenches(plant.root_loads, {state.pose[0].rotation, eta}, inputs.gravity_scale, 1.0,
-                  &wrench);
+  AddRootWrenches(plant.root_loads,
+                  {state.pose[0].rotation, eta, inputs.water_acceleration_m_s2},
+                  inputs.gravity_scale, 1.0, &wrench);
   work->force.head<6>() = wrench;
 }
 
@@ -292,6 +330,7 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
 EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
                                  const PlantInputs& inputs, PlantWork* work) {
   work->force.setZero();
+  work->payloads = inputs.payloads;
   int distributed = 0, points = 0;
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     if (const EvaluationFailure failure = EvaluateRod(plant, a, state, inputs, work)) {

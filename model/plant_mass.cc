@@ -25,6 +25,12 @@ void EliminateArmMass(const Plant& plant, int a, PlantWork* work) {
     chain.lower[i] = b.a21;
     chain.diagonal[i + 1] += b.a22;
   }
+  for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
+    const RodPayload& p = rod.payloads[k];
+    if (p.node == 0) continue;  // in the root's
+    chain.diagonal[p.node] +=
+        work->payloads[plant.PayloadIndex(a, static_cast<int>(k))] * p.inertia;
+  }
   rhs.head<6>().setZero();
   rhs.tail(6 * n) = work->force.segment(plant.ArmVelocity(a, 1), 6 * n);
   if (chain.Factor(1)) {
@@ -44,6 +50,12 @@ void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, Vect
     for (int i = 1; i <= rod.element_count(); ++i) {
       const int at = plant.ArmVelocity(k, i);
       out->segment<6>(at) = rod.nodes[i].FullInertia().cwiseProduct(a.segment<6>(at));
+    }
+    for (std::size_t p = 0; p < rod.payloads.size(); ++p) {
+      if (rod.payloads[p].node == 0) continue;  // in the root's
+      const int at = plant.ArmVelocity(k, rod.payloads[p].node);
+      out->segment<6>(at) += work.payloads[plant.PayloadIndex(k, static_cast<int>(p))] *
+                             (rod.payloads[p].inertia * a.segment<6>(at));
     }
     Vector6 before = Vector6::Zero();
     if (plant.exact()) before = AdjointInverseTimes(rod.mount, root);

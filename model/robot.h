@@ -56,7 +56,7 @@ struct ArmCable {
   std::vector<Vector3> path{};
 };
 
-enum class LoadFrame { kBody, kWorld };  ///< follower, or dead
+enum class LoadFrame { kBody, kWorld };  ///< turns with the section (follower), or not (dead)
 
 /// Wrench density w(X, t) = direction shape(X) schedule(t) [N m/m, N/m];
 /// shape = base + (tip - base) X/L.
@@ -66,6 +66,79 @@ struct DistributedWrench {
   double base{1}, tip{1};
   LoadFrame frame{LoadFrame::kBody};
   Schedule schedule;
+  /// An actuator's, whose reaction the root receives; or the world's. Absent: an actuator's where
+  /// the load turns with the section.
+  std::optional<bool> internal{};
+};
+
+/// A muscle that tends to bend (or twist) the sections by a moment that travels along the arm:
+///
+///   m(X, t) = axis amplitude(t) e(X, t) sin(2 pi (phi(t) - X / wave_length(t)) + phase),
+///   phi(t) = int_0^t frequency dt,
+///
+/// towards the tip where frequency > 0. It is an internal moment of the section, Sigma (xi - xi*) -
+/// m: it shifts the curvature at rest by Sigma^-1 m, works on the rate of curvature, and acts on
+/// the root through the arm's base alone.
+struct MuscleWave {
+  struct Envelope {
+    double at_m{0};
+    Schedule factor{ConstantSchedule{1}};
+  };
+  std::string name;
+  Vector3 axis{Vector3::UnitZ()};  ///< unit vector: twist, bending about y, about z
+  Schedule amplitude_n_m, wave_length_m, frequency_hz;
+  double phase_rad{0};
+  /// e(X): linear between these arc lengths, constant beyond; empty: 1.
+  std::vector<Envelope> envelope;
+};
+
+/// A quantity that changes linearly along a piece.
+struct Taper {
+  double base{0}, tip{0};
+  double At(double share) const { return base + (tip - base) * share; }
+};
+struct RoundOutline {
+  Taper radius_m, inner_radius_m;  ///< inner 0: solid
+};
+struct RectangularOutline {
+  Taper width_m, height_m;  ///< along y, along z of the section
+};
+
+/// A piece of an arm: outline and material, or the section's matrices themselves.
+struct ArmPiece {
+  double length_m{0};
+  std::variant<RoundOutline, RectangularOutline> outline;
+  Material material;
+  double shear_correction{1};
+  bool flooded{false};  ///< a hollow one holds water: it displaces its wall alone
+  bool rigid{false};
+  bool node_at_end{true};              ///< false: only the taper changes there
+  std::optional<Matrix6> stiffness{};  ///< [N m^2, N m, N], symmetric, positive definite
+  std::optional<Vector6> viscosity{};  ///< diagonal [N m^2 s, N s]
+  std::optional<Vector6> inertia{};    ///< diagonal [kg m, kg/m]
+};
+
+/// A rigid body carried by a section.
+struct Payload {
+  std::string name;
+  double at_m{0};                            ///< arc length
+  Vector3 offset_m{Vector3::Zero()};         ///< of its centre from the section's
+  double mass_kg{0};                         ///< > 0
+  Matrix3 inertia_kg_m2{Matrix3::Zero()};    ///< about its centre, axes of the section
+  double volume_m3{0};                       ///< of water displaced, at its centre
+  std::optional<double> drop_s{};            ///< it leaves the arm at this time
+};
+
+/// Velocity at t = 0 in a mode of vibration of the arm clamped alone, with its added mass.
+struct InitialMode {
+  int number{1};       ///< from 1, in the order of frequencies
+  double speed_m_s{0};  ///< of the node that moves fastest
+};
+
+/// Strains along an arm, linear between the arc lengths, constant beyond.
+struct StrainTable {
+  std::vector<double> at_m;
+  std::vector<Vector6> strain;  ///< twist, curvatures [rad/m], stretch (1: none), shears
 };
 
 /// Wrench at arc length `at_m` [N m, N].
@@ -77,7 +150,8 @@ struct PointWrench {
   Schedule schedule;
 };
 
-/// A tapered circular Cosserat rod, straight along +x of its base frame or curved at rest.
+/// A Cosserat rod, straight along +x of its base frame or curved at rest: of one tapered circular
+/// section, or of pieces.
 struct Arm {
   std::string name;
   Pose mount;  ///< base frame in the root frame
@@ -102,6 +176,13 @@ struct Arm {
   /// [m/s] along y of the base frame.
   double initial_mode1_tip_speed_m_s{0};
   Vector6 initial_twist{Vector6::Zero()};  ///< rigid twist of the whole arm, about its base frame
+  std::vector<InitialMode> initial_modes{};
+  std::optional<StrainTable> initial_strain{};  ///< shape at t = 0; absent: as at rest
+  /// From base to tip; their lengths add up to `length_m`. Not empty: instead of radius, material,
+  /// shear correction, stiffness, viscosity and inertia above.
+  std::vector<ArmPiece> pieces{};
+  std::vector<MuscleWave> muscles{};
+  std::vector<Payload> payloads{};
 };
 
 /// A piece of the meridian: a straight line or an arc of constant curvature.
@@ -208,6 +289,11 @@ struct MagneticField {
   Vector3 arm_moment_a_m{Vector3::Zero()};  ///< per length, of every arm
 };
 
+/// Uniform water velocity that changes in time, continuously; world frame [m/s].
+struct UnsteadyCurrent {
+  Schedule x_m_s, y_m_s, z_m_s;
+};
+
 /// The effects a scene names. Absent means not computed and not stored.
 struct Effects {
   Vector3 gravity_m_s2{0, 0, -9.81};
@@ -220,9 +306,17 @@ struct Effects {
   std::optional<RigidDrag> rigid_drag;
   std::optional<MagneticField> magnetic_field;
   std::optional<Vector3> current_m_s;  ///< uniform steady water velocity, world frame
+  /// Instead: its components in time.
+  std::optional<UnsteadyCurrent> unsteady_current;
 };
 
 enum class Coupling { kExact, kFrozen };
+
+/// The shape in which a run starts.
+enum class InitialShape {
+  kReference,   ///< at rest, or the arms' initial strains
+  kEquilibrium  ///< under all loads at t = 0
+};
 
 /// Factors by which a robot differs from its description, as a plant does from a controller's
 /// model. What each one acts on is said by the materials (model/mismatch.h) and by every load
@@ -242,6 +336,7 @@ struct Robot {
   Pose root_pose;                       ///< at t = 0, in the world
   Vector6 root_twist{Vector6::Zero()};  ///< at t = 0, body frame
   Coupling coupling{Coupling::kExact};
+  InitialShape initial{InitialShape::kReference};
   std::vector<Arm> arms;
   std::optional<Mantle> mantle;
   std::optional<RigidBody> rigid_body;

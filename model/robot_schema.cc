@@ -1,5 +1,7 @@
 #include "model/robot_schema.h"
 
+#include "model/arm_section.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -68,7 +70,11 @@ void CheckCoefficients(Visitor& v, const Robot& robot) {
   const bool viscous =
       AnyArm(robot,
              [](const Arm& a) {
-               return a.material.viscosity_pa_s > 0 || (a.viscosity && !a.viscosity->isZero(0.0));
+               for (const ArmPiece& p : PiecesOf(a)) {
+                 const bool given = p.viscosity && !p.viscosity->isZero(0.0);
+                 if (!p.rigid && (given || p.material.viscosity_pa_s > 0)) return true;
+               }
+               return false;
              }) ||
       (robot.mantle && robot.mantle->material.viscosity_pa_s > 0);
   v.DemandAt(!e.viscosity || viscous, "effects.viscosity",
@@ -108,6 +114,9 @@ void CheckRobot(Visitor& v, const Robot& robot) {
   const bool free = std::holds_alternative<FreeRoot>(robot.root);
   v.DemandAt(robot.coupling != Coupling::kFrozen || free, "robot.coupling",
              "\"frozen\": must be \"exact\" where the root is not free");
+  v.DemandAt(robot.initial == InitialShape::kReference || !free, "robot.initial",
+             "\"static\": must be \"rest\" where the root is free: a free robot has no unique "
+             "equilibrium; robot.root = \"clamped\" or a prescribed motion holds it");
   v.DemandAt(free || robot.root_twist.isZero(0.0), "robot.twist",
              "must be absent where the root is not free");
   v.DemandAt(!robot.arms.empty() || robot.mantle || robot.rigid_body, "arms",
@@ -121,6 +130,11 @@ void CheckRobot(Visitor& v, const Robot& robot) {
     DemandUniqueNames(v, fmt::format("arms[{}].cables", i), arm.cables);
     DemandUniqueNames(v, fmt::format("arms[{}].distributed", i), arm.distributed);
     DemandUniqueNames(v, fmt::format("arms[{}].points", i), arm.points);
+    DemandUniqueNames(v, fmt::format("arms[{}].muscles", i), arm.muscles);
+    DemandUniqueNames(v, fmt::format("arms[{}].payloads", i), arm.payloads);
+    v.DemandAt(robot.initial == InitialShape::kReference || !arm.initial_strain,
+               fmt::format("arms[{}].initial_strain", i),
+               "contradicts robot.initial = \"static\": a run starts in one shape");
   }
   if (robot.mantle) {
     DemandUniqueNames(v, "mantle.strips", robot.mantle->strips);
@@ -237,6 +251,11 @@ void DescribeRoot(Visitor& v, Robot& robot) {
                       .meaning = "one momentum balance, or the paper's frozen shapes",
                       .also = "frozen: free root only"},
                      {{"exact", Coupling::kExact}, {"frozen", Coupling::kFrozen}}, &robot.coupling);
+  v.Choice<InitialShape>(
+      {.name = "initial",
+       .meaning = "shape at t = 0: at rest, or the equilibrium under all loads at t = 0",
+       .also = "static: not a free root"},
+      {{"rest", InitialShape::kReference}, {"static", InitialShape::kEquilibrium}}, &robot.initial);
   v.Number(Optional({.name = "body_length",
                      .meaning = "what relative errors refer to",
                      .fallback = "extent of the shape"}),

@@ -4,8 +4,10 @@
 #include <vector>
 
 #include "model/loads.h"
+#include "model/muscle.h"
 #include "model/robot.h"
 #include "model/rod_element.h"
+#include "model/root_loads.h"
 
 /// An arm discretised: N elements of constant strain between N+1 nodes. Node 0 is the base. Mass
 /// and loads sit at nodes and at one place inside each element, which the frame half-way along it
@@ -44,6 +46,16 @@ struct RodNode {
   }
 };
 
+/// A payload on a node: its own inertia, and what acts on it, about the node's origin. Inertia and
+/// loads count while it is attached (PlantInputs::payloads).
+struct RodPayload {
+  int node;
+  Payload payload;
+  Matrix6 inertia;  ///< screw inertia about the node's origin, section axes
+  std::vector<RootLoad> loads;
+  int power_place{-1};
+};
+
 /// Where a cable crosses an element: position and slope of its path in the section frame, at the
 /// midpoint of the covered part, and that part's share of the element.
 struct CablePiece {
@@ -57,6 +69,8 @@ struct CablePiece {
 /// them at its quadrature points.
 Vector6 ArmRestStrain(const Arm& arm, double x_m);
 Vector6 ArmStiffness(const Arm& arm, double x_m);
+/// What couples the strains: the stiffness without its diagonal.
+Matrix6 ArmStiffnessCoupling(const Arm& arm, double x_m);
 Vector6 ArmViscosity(const Arm& arm, const Effects& effects, double x_m);
 RodNode ArmSection(const Arm& arm, const Water& water, const Effects& effects, double x_m,
                    double weight_m);
@@ -77,6 +91,11 @@ struct RodPoint {
   int power_place{-1};
 };
 
+struct RodMuscle {
+  MuscleWave wave;
+  int power_place{-1};
+};
+
 struct Rod {
   std::string name;
   Pose mount;
@@ -94,6 +113,10 @@ struct Rod {
   std::vector<Distributed> distributed;
   std::vector<RodPoint> points;
   std::vector<RodCable> cables;
+  std::vector<RodMuscle> muscles;
+  std::vector<RodPayload> payloads;
+  /// Off-diagonal stiffness per element; empty where the strains do not couple.
+  std::vector<Matrix6> coupling;
 
   int element_count() const { return static_cast<int>(elements.size()); }
 };
@@ -112,6 +135,17 @@ inline Vector6 MiddleTwist(const RodNode& middle, const RodMiddle& m, const Vect
 inline void AddMiddleWrench(const RodNode& middle, const RodMiddle& m, const Vector6& w,
                             Vector6* f1, Vector6* f2) {
   AddMiddleWrench(m, WrenchFromAhead(middle.ahead_m, w), f1, f2);
+}
+
+/// What coupled strains and muscles add to RodStress of element `i`; `muscles` holds one moment per
+/// element, or none.
+inline void AddCoupledStress(const Rod& rod, int i, const RodElementState& s,
+                             const std::vector<Vector3>& muscles, Vector6* sigma) {
+  if (!rod.coupling.empty()) {
+    const RodElement& e = rod.elements[i];
+    *sigma += rod.coupling[i] * (s.Strain(e) - e.reference_strain);
+  }
+  if (!muscles.empty()) sigma->head<3>() -= muscles[i];
 }
 
 /// Throws BadRobot.

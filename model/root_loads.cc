@@ -83,6 +83,14 @@ std::optional<RigidGravityLoad> RigidGravityLoad::From(const Robot& robot) {
                           RigidCentre(body)};
 }
 
+std::optional<RigidWaterAccelerationLoad> RigidWaterAccelerationLoad::From(const Robot& robot) {
+  if (!robot.effects.unsteady_current || !robot.rigid_body) return std::nullopt;
+  const RigidBody& body = *robot.rigid_body;
+  return RigidWaterAccelerationLoad{RigidMass(body),
+                                    robot.water.density_kg_m3 * RigidVolume(body),
+                                    RigidCentre(body)};
+}
+
 std::optional<RollDragLoad> RollDragLoad::From(const Robot& robot) {
   if (!robot.effects.roll_drag) return std::nullopt;
   return RollDragLoad{robot.effects.roll_drag->coefficient_n_m_s2};

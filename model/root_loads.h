@@ -62,7 +62,8 @@ struct RigidDragLoad {
                 double* power_w) const;
 };
 
-using RootLoad = std::variant<RigidGravityLoad, RollDragLoad, RigidDragLoad, MagneticRootLoad>;
+using RootLoad = std::variant<RigidGravityLoad, RollDragLoad, RigidDragLoad, MagneticRootLoad,
+                              RigidWaterAccelerationLoad>;
 
 /// Adds `sign` times each wrench in turn; loads of a field times `field_scale`.
 void AddRootWrenches(const std::vector<RootLoad>& loads, const SectionMotion& root,

@@ -4,12 +4,14 @@
 
 #include <utility>
 
+#include "model/inputs.h"
 #include "model/rod.h"
 
 namespace mantle::model {
 
 RootKinematics EvaluateRootMotion(const Robot& robot, double t_s, bool from_left) {
-  const Vector3 drift = robot.effects.current_m_s.value_or(Vector3::Zero());
+  const WaterMotion water = EvaluateWater(robot.effects, t_s, from_left);
+  const Vector3& drift = water.velocity_m_s;
   RootKinematics out{robot.root_pose};
   Vector3 rate = Vector3::Zero(), second = Vector3::Zero(), turn_rate = Vector3::Zero(),
           turn_second = Vector3::Zero();
@@ -36,7 +38,8 @@ RootKinematics EvaluateRootMotion(const Robot& robot, double t_s, bool from_left
       turn_second = SecondRate(*root->angle_rad, t_s, from_left) * n;
     }
   }
-  out.pose.position -= drift * t_s;
+  out.pose.position -= water.drift_m;
+  second -= water.acceleration_m_s2;
   const Eigen::Quaterniond back = out.pose.rotation.conjugate();
   const Vector3 w = back * turn_rate, v = back * (rate - drift);
   out.twist << w, v;
@@ -45,6 +48,18 @@ RootKinematics EvaluateRootMotion(const Robot& robot, double t_s, bool from_left
 }
 
 void CheckRootMotion(const Robot& robot) {
+  if (const auto& current = robot.effects.unsteady_current) {
+    const std::pair<const char*, const Schedule*> components[] = {
+        {"x", &current->x_m_s}, {"y", &current->y_m_s}, {"z", &current->z_m_s}};
+    for (const auto& [name, schedule] : components) {
+      const std::optional<ScheduleJump> jump = FirstJump(*schedule);
+      if (!jump) continue;
+      throw BadRobot(fmt::format(
+          "effects.current.{}: jumps by {:.6g} m/s at t = {:.6g} s, must be continuous: water that "
+          "jumps accelerates without bound; give it the time it takes, in a table or a cubic",
+          name, jump->size, jump->time_s));
+    }
+  }
   const auto* root = std::get_if<PrescribedRoot>(&robot.root);
   if (root == nullptr) return;
   const std::pair<const char*, const std::optional<Schedule>*> schedules[] = {

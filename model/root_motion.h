@@ -4,9 +4,9 @@
 
 /// Where the root is and how it moves, for every body and both models from this one place: at the
 /// start of a run, and at any time where it is clamped or prescribed. With x_0, R_0 the robot's
-/// pose, s_i and alpha the schedules of a prescribed root, n its axis and c the uniform current,
+/// pose, s_i and alpha the schedules of a prescribed root, n its axis and c(t) the uniform current,
 ///
-///   x = x_0 + sum_i e_i s_i(t) - c t,   R = exp(alpha(t) n^) R_0,
+///   x = x_0 + sum_i e_i s_i(t) - int_0^t c dt,   R = exp(alpha(t) n^) R_0,
 ///   twist (w, v) = (R^T alpha' n, R^T x'),   its rate (R^T alpha'' n, R^T x'' - w x v)
 ///
 /// in the frame that drifts with the current (model/plant.h). Schedules are continuous (a jump of a

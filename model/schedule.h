@@ -37,8 +37,24 @@ struct TableSchedule {
   std::vector<double> time_s, value;
 };
 
+/// Smooth through (time_s[i], value[i]), constant before the first and after the last: monotone
+/// cubics (Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5, 1984), of slope zero at both ends and
+/// wherever the values turn, so that nothing lies beyond the values. Times ascend strictly. The
+/// rate is continuous; its own rate jumps at the times.
+struct CubicSchedule {
+  std::vector<double> time_s, value;
+};
+
+/// A periodic pulse: from `low` at start + n period up to `high` within rise_s, there for hold_s,
+/// back within fall_s, `low` for the rest of the period and before start. Edges are straight, or
+/// 3 x^2 - 2 x^3; one that takes no time is a jump. rise + hold + fall <= period.
+struct PulseSchedule {
+  double low{0}, high{1}, period_s{1}, rise_s{0}, hold_s{0}, fall_s{0}, start_s{0};
+  bool smooth{true};
+};
+
 using Schedule = std::variant<ConstantSchedule, TriangularSchedule, SineSchedule, IntervalSchedule,
-                              TableSchedule>;
+                              TableSchedule, CubicSchedule, PulseSchedule>;
 
 /// Value at time `t_s`, right-continuous. `from_left` gives the limit from the left instead, which
 /// is what the last stage of a step that ends on a jump has to see.
@@ -49,6 +65,9 @@ double Rate(const Schedule& schedule, double t_s, bool from_left = false);
 
 /// Second derivative, from the same side as Rate.
 double SecondRate(const Schedule& schedule, double t_s, bool from_left = false);
+
+/// Integral from time 0 to `t_s` (negative before).
+double Integral(const Schedule& schedule, double t_s);
 
 /// First break point later than `t_s`; infinity if there is none.
 double NextBreakpoint(const Schedule& schedule, double t_s);

@@ -20,6 +20,9 @@ using schema::Range;
 using schema::Required;
 using schema::Visitor;
 
+// Steps align with break points, of which a shorter wave would have more than any run can take.
+constexpr Range kPeriod{1e-6};
+
 void DemandAscending(Visitor& v, std::string_view key, const std::vector<double>& t) {
   for (std::size_t i = 1; i < t.size(); ++i) {
     v.Demand(t[i] >= t[i - 1], key,
@@ -119,10 +122,49 @@ void Describe(Visitor& v, Quantity quantity, Range range, TableSchedule& s) {
   DemandAscending(v, "time", s.time_s);
 }
 
+void Describe(Visitor& v, Quantity quantity, Range range, CubicSchedule& s) {
+  v.Numbers(Required({.name = "time", .meaning = "of the values", .bound = "ascending"}),
+            Quantity::kTime, kAnyValue, kOneOrMore, &s.time_s);
+  v.Numbers(Required({.name = "value",
+                      .meaning = "one per time; smooth between, never beyond neighbouring values, "
+                                 "at rest where they turn and at both ends, constant outside",
+                      .unit = "value"}),
+            quantity, range, v.describing() ? kOneOrMore : static_cast<int>(s.time_s.size()),
+            &s.value);
+  for (std::size_t i = 1; i < s.time_s.size(); ++i) {
+    v.Demand(s.time_s[i] > s.time_s[i - 1], "time",
+             fmt::format("must ascend; entry {} is {} s after {} s", i, s.time_s[i],
+                         s.time_s[i - 1]));
+  }
+}
+
+void Describe(Visitor& v, Quantity quantity, Range range, PulseSchedule& s) {
+  v.Number({.name = "low", .meaning = "value between pulses and before `start`", .unit = "value"},
+           quantity, range, &s.low);
+  v.Number(Required({.name = "high", .meaning = "value of the pulse", .unit = "value"}), quantity,
+           range, &s.high);
+  v.Number(Required({"period"}), Quantity::kTime, kPeriod, &s.period_s);
+  v.Number({"rise", "time from `low` to `high`; 0: a jump"}, Quantity::kTime, schema::kNonNegative,
+           &s.rise_s);
+  v.Number({"hold", "time at `high`"}, Quantity::kTime, schema::kNonNegative, &s.hold_s);
+  v.Number({.name = "fall",
+            .meaning = "time back to `low`; 0: a jump",
+            .also = "0 < `rise` + `hold` + `fall` <= `period`"},
+           Quantity::kTime, schema::kNonNegative, &s.fall_s);
+  v.Number({"start", "of the first pulse"}, Quantity::kTime, kAnyValue, &s.start_s);
+  v.Choice<bool>({"edge", "of rise and fall: without kinks in the value, or straight"},
+                 {{"smooth", true}, {"straight", false}}, &s.smooth);
+  const double sum = s.rise_s + s.hold_s + s.fall_s;
+  v.Demand(v.describing() || (sum > 0.0 && sum <= s.period_s * (1 + 1e-12)), "period",
+           fmt::format("{} s: must be at least rise + hold + fall = {} s, which must be > 0",
+                       s.period_s, sum));
+}
+
 void DescribeTable(Visitor& v, Quantity quantity, Range range, Schedule* schedule) {
-  enum { kTriangular, kSine, kIntervals, kTable };
+  enum { kTriangular, kSine, kIntervals, kTable, kCubic, kPulse };
   int type = -1;
-  v.Cases(Required({"type"}), {"triangular", "sine", "intervals", "table"}, &type, [&](int which) {
+  v.Cases(Required({"type"}), {"triangular", "sine", "intervals", "table", "cubic", "pulse"}, &type,
+          [&](int which) {
     switch (which) {
       case kTriangular:
         Describe(v, quantity, range, schedule->emplace<TriangularSchedule>());
@@ -132,6 +174,12 @@ void DescribeTable(Visitor& v, Quantity quantity, Range range, Schedule* schedul
         break;
       case kIntervals:
         Describe(v, quantity, range, schedule->emplace<IntervalSchedule>());
+        break;
+      case kCubic:
+        Describe(v, quantity, range, schedule->emplace<CubicSchedule>());
+        break;
+      case kPulse:
+        Describe(v, quantity, range, schedule->emplace<PulseSchedule>());
         break;
       default:
         Describe(v, quantity, range, schedule->emplace<TableSchedule>());

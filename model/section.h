@@ -12,12 +12,15 @@ struct SectionGeometry {
   double x_m{0};
   double area_m2{0};
   double radius_m{0};
+  double density_kg_m3{0};              ///< mass over displaced volume
+  Vector3 drag_shape{Vector3::Ones()};  ///< half widths that drag sees along x, y, z, over radius
 };
 
 /// Motion of a section, or of the root for loads on it.
 struct SectionMotion {
   Eigen::Quaterniond rotation;  ///< section to world
   Vector6 twist;                ///< relative to the water, section frame
+  Vector3 water_acceleration_m_s2{Vector3::Zero()};  ///< world frame
 };
 
 /// Derivatives of a wrench density in the body increment zeta (rotation part only) and the twist.

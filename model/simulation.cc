@@ -7,7 +7,6 @@
 #include <stdexcept>
 
 #include "model/mantle_loads.h"
-#include "model/modes.h"
 #include "model/observation.h"
 
 namespace mantle::model {
@@ -23,66 +22,10 @@ constexpr double kNegligiblePower = 1e-6;
 constexpr double kLargeDrift = 0.05;
 constexpr double kLargeImbalance = 1e-8;
 
-[[noreturn]] void RefuseTipSpeed(const Arm& arm, const std::string& why) {
-  throw BadRobot(fmt::format("arms.{}.initial_mode1_tip_speed = {} m/s: {}", arm.name,
-                             arm.initial_mode1_tip_speed_m_s, why));
-}
-
-// The two lowest modes of an arm that is clamped alone.
-std::vector<Mode> BendingModes(const Plant& rod) {
-  try {
-    return VibrationModes(rod, InitialState(rod), 2);
-  } catch (const BadRobot& error) {
-    RefuseTipSpeed(rod.robot.arms[0],
-                   std::string("the arm's first bending mode is not found: ") + error.what());
-  }
-}
-
-// Velocity of the first bending mode of a clamped arm, scaled to the tip speed of its key.
-void AddModeVelocity(const Plant& plant, PlantState* state) {
-  for (std::size_t a = 0; a < plant.robot.arms.size(); ++a) {
-    const double speed = plant.robot.arms[a].initial_mode1_tip_speed_m_s;
-    if (speed == 0.0) continue;
-    Robot alone;
-    alone.name = plant.robot.name;
-    alone.root = ClampedRoot{};
-    alone.water = plant.robot.water;
-    alone.effects.added_mass = plant.robot.effects.added_mass;
-    alone.arms = {plant.robot.arms[a]};
-    alone.arms[0].mount = Pose::Identity();
-    const Plant rod(alone);
-    // The two bending modes of a round section coincide: take their combination along base y.
-    const std::vector<Mode> modes = BendingModes(rod);
-    const int n = rod.rods[0].element_count();
-    const Eigen::Quaterniond tip = rod.rods[0].reference[n].rotation;
-    const int at = rod.ArmVelocity(0, n);
-    Eigen::Matrix2d tips;
-    for (int k = 0; k < 2; ++k) {
-      tips.col(k) = (tip * Vector3(modes[k].shape.segment<3>(at + 3))).tail<2>();
-    }
-    Eigen::Vector2d c = tips.fullPivLu().solve(Eigen::Vector2d(speed, 0.0));
-    if (!c.allFinite()) c = Eigen::Vector2d(speed / tips(0, 0), 0.0);
-    if (!c.allFinite()) RefuseTipSpeed(plant.robot.arms[a], "the mode does not move the tip");
-    const int arm = static_cast<int>(a);
-    for (int i = 1; i <= n; ++i) {
-      for (int k = 0; k < 2; ++k) {
-        state->velocity.segment<6>(plant.ArmVelocity(arm, i)) +=
-            c(k) * modes[k].shape.segment<6>(rod.ArmVelocity(0, i));
-      }
-    }
-  }
-}
-
 // Energies below this are round-off of a robot at rest; a drift relative to them says nothing.
 constexpr double kNegligibleEnergy_j = 1e-18;
 
 }  // namespace
-
-PlantState StartState(const Plant& plant) {
-  PlantState state = InitialState(plant);
-  AddModeVelocity(plant, &state);
-  return state;
-}
 
 void AddValidity(const Plant& plant, const ValidityRecord& record, RunResult* result) {
   result->largest_strain = record.strain(plant);
@@ -113,7 +56,7 @@ StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n) {
 Simulation::Simulation(const Plant& plant, const RunSettings& settings)
     : plant_(plant),
       settings_(settings),
-      state_(StartState(plant)),
+      state_(StartState(plant, settings.statics)),
       energy_(plant),
       probe_(plant),
       work_(plant),
@@ -183,7 +126,10 @@ StepStatus Simulation::TakeStep(double limit_s) {
       }
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
       if (settings_.account_energy) AccountStep(h);
-      if (count <= 1.0 && at_breakpoint) status = CrossKink();
+      if (count <= 1.0 && at_breakpoint) {
+        DropPayloads();
+        status = CrossKink();
+      }
       return status.ok ? CheckRunaway() : status;
     }
     if (adaptive || 0.5 * h < settings_.min_step_s) {
@@ -191,6 +137,52 @@ StepStatus Simulation::TakeStep(double limit_s) {
       return status;
     }
     step_cap_s_ = 0.5 * h;
+  }
+}
+
+std::string PayloadName(const Plant& plant, int payload) {
+  for (const Rod& rod : plant.rods) {
+    const int count = static_cast<int>(rod.payloads.size());
+    if (payload < count) return rod.name + "." + rod.payloads[payload].payload.name;
+    payload -= count;
+  }
+  return {};
+}
+
+std::vector<PayloadDrop> DropsAt(const Plant& plant, const PlantState& state) {
+  std::vector<PayloadDrop> drops;
+  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+    for (std::size_t k = 0; k < plant.rods[a].payloads.size(); ++k) {
+      const RodPayload& p = plant.rods[a].payloads[k];
+      if (!p.payload.drop_s || std::abs(*p.payload.drop_s - state.time_s) > kSameTime_s) continue;
+      const WaterMotion water = EvaluateWater(plant.robot.effects, state.time_s);
+      const Pose g = AbsolutePose(plant, state, a, p.node);
+      Vector6 eta = AbsoluteTwist(plant, state, a, p.node);
+      eta.tail<3>() += g.rotation.conjugate() * water.velocity_m_s;
+      const Vector3& centre = p.payload.offset_m;
+      PayloadDrop drop;
+      drop.payload = plant.PayloadIndex(a, static_cast<int>(k));
+      drop.name = PayloadName(plant, drop.payload);
+      drop.time_s = state.time_s;
+      drop.centre_m = g.position + water.drift_m + g.rotation * centre;
+      drop.velocity_m_s = g.rotation * (eta.tail<3>() + eta.head<3>().cross(centre));
+      drop.momentum_kg_m_s = p.payload.mass_kg * drop.velocity_m_s;
+      drop.kinetic_energy_j = 0.5 * eta.dot(p.inertia * eta);
+      drops.push_back(drop);
+    }
+  }
+  return drops;
+}
+
+// A payload leaves with the velocity it has; nobody else's changes.
+void Simulation::DropPayloads() {
+  for (const PayloadDrop& drop : DropsAt(plant_, state_)) {
+    for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {
+      const int k = drop.payload - plant_.PayloadIndex(a, 0);
+      if (k < 0 || k >= static_cast<int>(plant_.rods[a].payloads.size())) continue;
+      energy_.AddWork(plant_.rods[a].payloads[k].power_place, -drop.kinetic_energy_j);
+    }
+    drops_.push_back(drop);
   }
 }
 
@@ -203,7 +195,7 @@ StepStatus Simulation::CrossKink() {
                                state_.time_s, failure.Message())};
   }
   EvaluateForces(plant_, state_, inputs_, &work_);
-  energy_.AddRootWork(plant_.constraint_place,
+  energy_.AddWork(plant_.constraint_place,
                       EvaluateEnergies(plant_, state_, work_).total() - before_j);
   return {};
 }
@@ -254,8 +246,8 @@ void Simulation::AccountStep(double h) {
 
 Sample ObserveState(const Plant& plant, const PlantState& state, const PlantWork& work,
                     const VectorX& acceleration) {
-  const Vector3 current = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
-  const Vector3 drift = current * state.time_s;
+  const WaterMotion water = EvaluateWater(plant.robot.effects, state.time_s);
+  const Vector3 &current = water.velocity_m_s, &drift = water.drift_m;
   const auto pose = [&](Pose g) {
     g.position += drift;
     return g;
@@ -271,13 +263,14 @@ Sample ObserveState(const Plant& plant, const PlantState& state, const PlantWork
   s.root_acceleration = acceleration.head<6>();
   const Vector3 carried = state.pose[0].rotation.conjugate() * current;
   s.root_acceleration.tail<3>() -= state.velocity.head<3>().cross(carried);  // its axes turn
+  s.root_acceleration.tail<3>() += state.pose[0].rotation.conjugate() * water.acceleration_m_s2;
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     const int n = plant.rods[a].element_count();
     const Pose tip = AbsolutePose(plant, state, a, n);
     s.tips.push_back(pose(tip));
     s.tip_twists.push_back(twist(AbsoluteTwist(plant, state, a, n), tip));
   }
-  s.centre_of_mass_m = EvaluateSolidMotion(plant, state).centre_m;
+  s.centre_of_mass_m = EvaluateSolidMotion(plant, state, work).centre_m;
   s.momentum = EvaluateMomentum(plant, state, work);
   s.energies = EvaluateEnergies(plant, state, work);
   s.volume_m3 = work.volume_m3;
@@ -374,6 +367,7 @@ RunResult Simulation::Result() {
   result.work_names = energy_.names();
   result.work_j = energy_.work_j();
   result.dissipated_j = energy_.dissipated_j();
+  result.drops = drops_;
   double gained = -energy_.dissipated_j(), turned = energy_.dissipated_j();
   for (double w : energy_.work_j()) {
     gained += w;

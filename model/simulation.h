@@ -8,6 +8,7 @@
 
 #include "model/energy.h"
 #include "model/plant.h"
+#include "model/start_state.h"
 #include "model/stepper.h"
 #include "model/validity.h"
 
@@ -16,6 +17,20 @@
 
 namespace mantle::model {
 
+/// A payload that left its arm: with what it had then (the earth's frame).
+struct PayloadDrop {
+  int payload{0};  ///< Plant::PayloadIndex
+  std::string name;
+  double time_s{0};
+  Vector3 centre_m{Vector3::Zero()}, velocity_m_s{Vector3::Zero()};
+  Vector3 momentum_kg_m_s{Vector3::Zero()};
+  double kinetic_energy_j{0};
+};
+/// Name of a payload by its place among the inputs', "arm.payload".
+std::string PayloadName(const Plant& plant, int payload);
+/// Payloads that leave at the state's time.
+std::vector<PayloadDrop> DropsAt(const Plant& plant, const PlantState& state);
+
 struct RunSettings {
   double duration_s{1};
   double step_s{0.01};      ///< of the fixed-step integrators; CVODE's longest step
@@ -23,6 +38,7 @@ struct RunSettings {
   double output_interval_s{0.01};
   StepperSettings stepper;
   bool account_energy{true};  ///< works, drift, indices
+  StaticsSettings statics;    ///< of a run that starts from its equilibrium
 };
 
 /// What an observer sees at t = 0, every output interval and the end. All of it is the earth's, a
@@ -80,10 +96,9 @@ struct RunResult {
   std::vector<std::string> work_names;
   std::vector<double> work_j;
   double dissipated_j{0};
+  std::vector<PayloadDrop> drops;
 };
 
-/// Where a run starts: InitialState with the arms' initial modes moving.
-PlantState StartState(const Plant& plant);
 
 /// Puts what a run's record says into its result, with the warnings that follow from it.
 void AddValidity(const Plant& plant, const ValidityRecord& record, RunResult* result);
@@ -126,6 +141,7 @@ class Simulation {
   StepStatus TakeStep(double limit_s);
   void AccountStep(double h);
   StepStatus CrossKink();
+  void DropPayloads();
   void Judge(RunResult* result) const;  // fills its warnings
   StepStatus CheckRunaway() const;
 
@@ -139,6 +155,7 @@ class Simulation {
   VectorX acceleration_;
   mutable std::vector<Vector3> gradient_;
   StepCounters before_resume_;
+  std::vector<PayloadDrop> drops_;
   double step_cap_s_{0};  ///< shrinks where steps fail, recovers
   // What the run has accumulated; all of it in a checkpoint.
   struct Account {

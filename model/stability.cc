@@ -62,8 +62,9 @@ std::vector<std::string> LoadsWithoutPotential(const Plant& plant, const PlantIn
     }
   }
   const Effects& effects = plant.robot.effects;
-  if ((effects.drag || effects.added_mass) && effects.current_m_s &&
-      !effects.current_m_s->isZero(0.0)) {
+  const bool current = effects.unsteady_current.has_value() ||
+                       (effects.current_m_s && !effects.current_m_s->isZero(0.0));
+  if ((effects.drag || effects.added_mass) && current) {
     add("effects.current", "turns with the body's attitude");
   }
   return names;

@@ -21,8 +21,10 @@ StaticProblem::StaticProblem(const Plant& plant, double time_s) : plant_(plant),
         "free robot has no unique equilibrium");
   }
   EvaluateInputs(plant, time_s, false, &full_);
-  const Vector3 current = plant.robot.effects.current_m_s.value_or(Vector3::Zero());
-  full_.root_pose.position += current * time_s;  // back from the frame that drifts
+  const WaterMotion water = EvaluateWater(plant.robot.effects, time_s);
+  const Vector3& current = water.velocity_m_s;
+  full_.root_pose.position += water.drift_m;  // back from the frame that drifts
+  full_.water_acceleration_m_s2.setZero();
   full_.root_twist.setZero();
   full_.root_acceleration.setZero();
   if (plant.robot.effects.drag || plant.robot.effects.added_mass) current_m_s_ = current;
@@ -49,9 +51,11 @@ StaticState StaticProblem::Reference() const {
 void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs) {
   inputs->gravity_scale = factor;
   inputs->normal_pressure_pa *= factor;
+  inputs->water_acceleration_m_s2 *= factor;
   for (double& x : inputs->distributed) x *= factor;
   for (double& x : inputs->points) x *= factor;
   for (double& x : inputs->strips_pa) x *= factor;
+  for (MuscleInput& m : inputs->muscles) m.amplitude_n_m *= factor;
   int at = 0;
   const auto rest = [&](double length) {
     CableInput& c = inputs->cables[at++];
@@ -97,7 +101,9 @@ EvaluationFailure StaticProblem::Evaluate(double factor, StaticState* state, Pla
       const RodElement& e = rod.elements[i];
       RodElementState& s = work->rod[a][i];
       const Vector6 read = s.d - e.length * e.reference_strain;
-      const Vector6 stress = e.stiffness.cwiseProduct(state->extension[a][i] - read) / e.length;
+      const Vector6 change = state->extension[a][i] - read;
+      Vector6 stress = e.stiffness.cwiseProduct(change) / e.length;
+      if (!rod.coupling.empty()) stress += rod.coupling[i] * change / e.length;
       Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
       AddRodElementForces(s, stress, &f1, &f2);
       if (i > 0) work->force.segment<6>(plant_.ArmVelocity(a, i)) += f1;

@@ -309,7 +309,9 @@ class Statics {
     for (std::size_t a = 0; a < plant_.rods.size(); ++a) {
       const Rod& rod = plant_.rods[a];
       for (int i = 0; i < rod.element_count(); ++i) {
-        const double held = RodStress(rod.elements[i], work.rod[a][i]).cwiseAbs().maxCoeff();
+        Vector6 stress = RodStress(rod.elements[i], work.rod[a][i]);
+        AddCoupledStress(rod, i, work.rod[a][i], work.muscles[a], &stress);
+        const double held = stress.cwiseAbs().maxCoeff();
         result_.internal_force_n = std::max(result_.internal_force_n, held);
       }
     }

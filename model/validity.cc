@@ -7,6 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "model/arm_section.h"
+
 namespace mantle::model {
 namespace {
 
@@ -25,16 +27,20 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work) {
   };
   for (std::size_t a = 0; a < plant.rods.size(); ++a) {
     const Rod& rod = plant.rods[a];
-    const bool nominal = plant.robot.arms[a].stiffness.has_value();
+    const Arm& arm = plant.robot.arms[a];
     for (int i = 0; i < rod.element_count(); ++i) {
       const RodElement& e = rod.elements[i];
       const Vector6 strain = work.rod[a][i].Strain(e) - e.reference_strain;
+      const double x = 0.5 * (rod.x_m[i] + rod.x_m[i + 1]);
+      const bool nominal = arm.pieces.empty()
+                               ? arm.stiffness.has_value()
+                               : PieceAt(arm.pieces, x).piece.stiffness.has_value();
       const double radius =
           nominal ? 0.0 : 0.5 * (rod.nodes[i].section.radius_m + rod.nodes[i + 1].section.radius_m);
       const double stretch = std::abs(strain(3)) + radius * strain.segment<2>(1).norm();
       const double shear =
           strain.tail<2>().cwiseProduct(e.shear_share).norm() + radius * std::abs(strain(0));
-      consider(std::max(stretch, shear), rod.name, 0.5 * (rod.x_m[i] + rod.x_m[i + 1]));
+      consider(std::max(stretch, shear), rod.name, x);
     }
   }
   if (!plant.shell) return largest;

@@ -16,6 +16,7 @@
 
 namespace mantle::reduced {
 
+using model::Matrix6;
 using model::Pose;
 using model::Vector3;
 using model::Vector6;
@@ -52,6 +53,19 @@ struct ReducedCable {
   double distance_integral_m2{0};
 };
 
+/// A place where muscles act: their generalised force is basis^T m.
+struct MusclePoint {
+  int group;
+  double x_m;
+  Columns basis;  ///< weight B
+};
+
+struct ReducedPayload {
+  int interval;  ///< at its end; -1: the base
+  Matrix6 inertia;
+  std::vector<model::RootLoad> loads;
+};
+
 struct ReducedPoint {
   int interval;  ///< whose end carries it; -1: the base
   model::PointWrench load;
@@ -61,17 +75,20 @@ struct ReducedArm {
   ArmReduction reduction;
   StrainBasis basis;
   Pose mount;
-  std::vector<Interval> intervals;
+  std::vector<Interval> intervals{};
   int dynamic_intervals{
       0};  ///< up to the last section or point load; the rest only reaches the tip
-  std::vector<model::RodNode> sections;
+  std::vector<model::RodNode> sections{};
   int base_section{-1};  ///< at X = 0, fixed to the root (plant's nodes only)
-  std::vector<model::SectionLoad> loads;
-  std::vector<model::DistributedLoad> distributed;
-  std::vector<ReducedPoint> points;
-  std::vector<ReducedCable> cables;
+  std::vector<model::SectionLoad> loads{};
+  std::vector<model::DistributedLoad> distributed{};
+  std::vector<ReducedPoint> points{};
+  std::vector<ReducedCable> cables{};
+  std::vector<model::MuscleWave> muscles{};
+  std::vector<MusclePoint> muscle_points{};
+  std::vector<ReducedPayload> payloads{};
   bool needs_rotation{false};  ///< some load depends on the orientation in the world
-  Eigen::MatrixXd stiffness, damping;
+  Eigen::MatrixXd stiffness{}, damping{};
   bool viscous{false};
 
   int size() const { return basis.size(); }

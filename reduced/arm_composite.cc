@@ -33,6 +33,22 @@ void AddRotationForm(const Matrix3& moment, const Matrix3& force, const Matrix3&
   m->topLeftCorner<3, 3>() += scale * (r * moment * r.transpose()) + HatTimes(p, f);
 }
 
+// Adds an inertia that moves with `twist`: itself, and -N(I V) - ad_V^T I - I ad_V.
+void AddInertia(const Matrix6& inertia, const Vector6& twist, Composite* out) {
+  out->inertia += inertia;
+  Matrix6 product;  // I ad_V
+  const Vector3 w = twist.head<3>(), v = twist.tail<3>();
+  product.topRightCorner<3, 3>() = TimesHat(inertia.topRightCorner<3, 3>(), w);
+  product.bottomRightCorner<3, 3>() = TimesHat(inertia.bottomRightCorner<3, 3>(), w);
+  product.topLeftCorner<3, 3>() =
+      TimesHat(inertia.topLeftCorner<3, 3>(), w) + TimesHat(inertia.topRightCorner<3, 3>(), v);
+  product.bottomLeftCorner<3, 3>() = TimesHat(inertia.bottomLeftCorner<3, 3>(), w) +
+                                     TimesHat(inertia.bottomRightCorner<3, 3>(), v);
+  out->rate -= product;
+  out->rate -= product.transpose();
+  out->rate -= CoadjointMatrix(inertia * twist);
+}
+
 }  // namespace
 
 void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
@@ -45,28 +61,16 @@ void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode&
     inertia << aa, ab, ba, bb;
   });
   inertia.topLeftCorner<3, 3>() += r * diagonal.head<3>().asDiagonal() * r.transpose();
-  out->inertia += inertia;
+  AddInertia(inertia, twist, out);
 
-  // -N(I V) - ad_V^T I - I ad_V
-  Matrix6 product;  // I ad_V
   const Vector3 w = twist.head<3>(), v = twist.tail<3>();
-  product.topRightCorner<3, 3>() = TimesHat(inertia.topRightCorner<3, 3>(), w);
-  product.bottomRightCorner<3, 3>() = TimesHat(inertia.bottomRightCorner<3, 3>(), w);
-  product.topLeftCorner<3, 3>() =
-      TimesHat(inertia.topLeftCorner<3, 3>(), w) + TimesHat(inertia.topRightCorner<3, 3>(), v);
-  product.bottomLeftCorner<3, 3>() = TimesHat(inertia.bottomLeftCorner<3, 3>(), w) +
-                                     TimesHat(inertia.bottomRightCorner<3, 3>(), v);
-  out->rate -= product;
-  out->rate -= product.transpose();
-  out->rate -= CoadjointMatrix(inertia * twist);
-
   if (arm.loads.empty() && !arm.needs_rotation) return;
   Vector6 eta;
   eta.head<3>().noalias() = r.transpose() * w;
   eta.tail<3>().noalias() = r.transpose() * (v - p.cross(w));
   const model::SectionMotion motion{
       arm.needs_rotation ? m.root_rotation * Eigen::Quaterniond(r) : Eigen::Quaterniond::Identity(),
-      eta};
+      eta, m.water_acceleration_m_s2};
   model::LoadTangent t;
   for (const model::SectionLoad& load : arm.loads) {
     std::visit(
@@ -98,6 +102,35 @@ void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode&
     AddRotationForm(t.moment_by_rotation, t.force_by_rotation, r, p, -node.weight_m,
                     &out->rotation);
   }
+}
+
+void AddPayload(const ReducedArm& arm, const ArmMotion& m, const ReducedPayload& payload,
+                double attached, const Matrix3& r, const Vector3& p, const Vector6& twist,
+                Composite* out) {
+  if (attached == 0.0) return;
+  const Matrix6 back = model::Adjoint(model::Inverse(Pose{Eigen::Quaterniond(r), p}));
+  AddInertia(attached * (back.transpose() * payload.inertia * back), twist, out);
+  if (!arm.needs_rotation) return;
+  const model::SectionMotion motion{m.root_rotation * Eigen::Quaterniond(r), back * twist,
+                                    m.water_acceleration_m_s2};
+  const model::RootTangent t = RootLoadTangent(payload.loads, motion, m.gravity_scale);
+  AddRotationForm(t.by_rotation.topRows<3>(), t.by_rotation.bottomRows<3>(), r, p, -attached,
+                  &out->rotation);
+}
+
+void AddInternalRotation(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
+                         const Matrix3& r, const Vector3& frame, Matrix6* rotation) {
+  const Vector3 p = frame + node.ahead_m * r.col(0);
+  const model::SectionMotion motion{m.root_rotation * Eigen::Quaterniond(r), Vector6::Zero()};
+  model::LoadTangent t;
+  for (std::size_t k = 0; k < arm.distributed.size(); ++k) {
+    if (m.distributed[k] == 0.0 || !IsInternal(arm.distributed[k])) continue;
+    model::LoadTangent one;
+    arm.distributed[k].AddTangent(node.section, motion, &one);
+    t.force_by_rotation += m.distributed[k] * one.force_by_rotation;
+    t.moment_by_rotation += m.distributed[k] * one.moment_by_rotation;
+  }
+  AddRotationForm(t.moment_by_rotation, t.force_by_rotation, r, p, -node.weight_m, rotation);
 }
 
 void AddPoint(const ArmMotion& m, const ReducedPoint& point, double amplitude, const Matrix3& r,

@@ -85,7 +85,28 @@ void SetOmega(const Interval& v, const StrainGroup& group, const ArmMotion& m, I
 model::SectionMotion MotionOf(const ReducedArm& arm, const ArmMotion& m, const Matrix3& rotation,
                               const Vector6& eta) {
   if (!arm.needs_rotation) return {Eigen::Quaterniond::Identity(), eta};
-  return {m.root_rotation * Eigen::Quaterniond(rotation), eta};
+  return {m.root_rotation * Eigen::Quaterniond(rotation), eta, m.water_acceleration_m_s2};
+}
+
+// Inertia minus loads of a payload, in the root frame.
+Vector6 PayloadWrench(const ReducedArm& arm, const ArmMotion& m, const ReducedPayload& payload,
+                      double attached, const Matrix3& rotation, const Vector3& position,
+                      const Vector6& twist, const Vector6& acceleration) {
+  const Vector6 eta = FromRoot(rotation, position, twist);
+  Vector6 w = payload.inertia * FromRoot(rotation, position, acceleration);
+  w -= CoadjointTimes(eta, payload.inertia * eta);
+  AddRootWrenches(payload.loads, MotionOf(arm, m, rotation, eta), m.gravity_scale, -1.0, &w);
+  return attached * WrenchToRoot(rotation, position, w);
+}
+
+void AddMuscles(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
+  for (const MusclePoint& p : arm.muscle_points) {
+    Vector6 moment = Vector6::Zero();
+    for (std::size_t k = 0; k < arm.muscles.size(); ++k) {
+      moment.head<3>() -= MuscleMoment(arm.muscles[k], m.muscles[k], m.envelopes, p.x_m);
+    }
+    AddTransposed(p.basis, moment, work->residual.data() + arm.basis.groups()[p.group].first);
+  }
 }
 
 // Inertia minus loads of a section at (rotation, position), in the root frame.
@@ -225,6 +246,19 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
       s.own_wrench.setZero();
     }
   }
+  for (std::size_t k = 0; k < arm.payloads.size(); ++k) {
+    const ReducedPayload& p = arm.payloads[k];
+    if (m.payloads[k] == 0.0) continue;
+    if (p.interval < 0) {
+      work->base_wrench +=
+          PayloadWrench(arm, m, p, m.payloads[k], arm.mount.rotation.toRotationMatrix(),
+                        arm.mount.position, m.root_twist, m.root_acceleration);
+      continue;
+    }
+    IntervalState& s = work->at[p.interval];
+    s.own_wrench += PayloadWrench(arm, m, p, m.payloads[k], s.rotation, s.position, s.twist,
+                                  s.acceleration);
+  }
   for (std::size_t k = 0; k < arm.points.size(); ++k) {
     const ReducedPoint& p = arm.points[k];
     if (m.points[k] == 0.0) continue;
@@ -265,6 +299,7 @@ bool EvaluateArm(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
     for (int l = 0; l < arm.dynamic_intervals; ++l) work->base_wrench += work->at[l].internal;
   }
   EvaluateCables(arm, m, work);
+  if (!arm.muscle_points.empty()) AddMuscles(arm, m, work);
   return work->residual.allFinite() && work->base_wrench.allFinite();
 }
 

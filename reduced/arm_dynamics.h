@@ -30,6 +30,10 @@ struct ArmMotion {
   double gravity_scale;
   const model::CableInput* cables;
   const double *distributed, *points;
+  const model::MuscleInput* muscles{nullptr};
+  const double* envelopes{nullptr};
+  const double* payloads{nullptr};
+  Vector3 water_acceleration_m_s2{Vector3::Zero()};
 };
 
 struct IntervalState {

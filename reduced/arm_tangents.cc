@@ -151,6 +151,8 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
 
   Composite total;
   Vector6 internal = Vector6::Zero();
+  Matrix6 internal_rotation = Matrix6::Zero();
+  const bool turning = work->has_internal && arm.needs_rotation;
   const Matrix6 root_ad = model::SmallAdjoint(m.root_twist);
   for (int l = arm.dynamic_intervals - 1; l >= 0; --l) {
     const Interval& v = arm.intervals[l];
@@ -158,12 +160,24 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
     const IntervalState& s = work->at[l];
     if (work->has_internal) {  // the root does not feel these: nor does their turning with S
       internal += s.internal;
+      if (turning && v.section >= 0) {
+        AddInternalRotation(arm, m, arm.sections[v.section], s.rotation, s.position,
+                            &internal_rotation);
+      }
       for (int i = 0; i < s.columns.cols(); ++i) {
         out->stiffness.col(f + i).head<6>() -= model::CoadjointTimes(s.columns.col(i), internal);
+        if (turning) {
+          out->stiffness.col(f + i).head<6>() -= internal_rotation * Vector6(s.columns.col(i));
+        }
       }
     }
     if (v.section >= 0) {
       AddSection(arm, m, arm.sections[v.section], s.rotation, s.position, s.twist, &total);
+    }
+    for (std::size_t k = 0; k < arm.payloads.size(); ++k) {
+      if (arm.payloads[k].interval == l) {
+        AddPayload(arm, m, arm.payloads[k], m.payloads[k], s.rotation, s.position, s.twist, &total);
+      }
     }
     for (std::size_t k = 0; k < arm.points.size(); ++k) {
       if (arm.points[k].interval == l) {
@@ -179,6 +193,16 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
   if (arm.base_section >= 0) {
     AddSection(arm, m, arm.sections[arm.base_section], base, arm.mount.position, m.root_twist,
                &total);
+    if (turning) {
+      AddInternalRotation(arm, m, arm.sections[arm.base_section], base, arm.mount.position,
+                          &internal_rotation);
+    }
+  }
+  for (std::size_t k = 0; k < arm.payloads.size(); ++k) {
+    if (arm.payloads[k].interval < 0) {
+      AddPayload(arm, m, arm.payloads[k], m.payloads[k], base, arm.mount.position, m.root_twist,
+                 &total);
+    }
   }
   for (std::size_t k = 0; k < arm.points.size(); ++k) {
     if (arm.points[k].interval < 0) {
@@ -187,7 +211,9 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
   }
   out->mass.topLeftCorner<6, 6>() += total.inertia;
   out->damping.topLeftCorner<6, 6>() += total.rate + total.inertia * root_ad;
-  if (arm.needs_rotation) out->stiffness.topLeftCorner<6, 6>() += total.rotation;
+  if (arm.needs_rotation) {
+    out->stiffness.topLeftCorner<6, 6>() += total.rotation - internal_rotation;
+  }
   AddCables(arm, m, first, work, out);
 }
 

@@ -88,6 +88,7 @@ struct MantleMotion {
   const model::CableInput* spokes;
   const double* strips_pa;
   double normal_pressure_pa;
+  Vector3 water_acceleration_m_s2{Vector3::Zero()};
 };
 
 struct MantleWork {

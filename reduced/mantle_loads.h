@@ -21,6 +21,12 @@ void AddToResidual(const model::WallGravityLoad& load, const ReducedMantle& m,
                    const MantleMotion& motion, MantleWork* work);
 void AddToResidual(const model::OutflowLoad& load, const ReducedMantle& m,
                    const MantleMotion& motion, MantleWork* work);
+inline void AddToResidual(const model::WallWaterAccelerationLoad& load, const ReducedMantle& m,
+                          const MantleMotion& motion, MantleWork* work) {
+  MantleMotion at_full_load = motion;  // not a field that load stepping scales
+  at_full_load.field_scale = 1.0;
+  AddToResidual(load.AsGravity(motion.water_acceleration_m_s2), m, at_full_load, work);
+}
 
 void AddToTangent(const model::NormalPressureLoad& load, const ReducedMantle& m,
                   const MantleMotion& motion, int first, MantleWork* work, Linearisation* out);
@@ -32,6 +38,13 @@ void AddToTangent(const model::LateralDragLoad& load, const ReducedMantle& m,
                   const MantleMotion& motion, int first, MantleWork* work, Linearisation* out);
 void AddToTangent(const model::WallGravityLoad& load, const ReducedMantle& m,
                   const MantleMotion& motion, int first, MantleWork* work, Linearisation* out);
+inline void AddToTangent(const model::WallWaterAccelerationLoad& load, const ReducedMantle& m,
+                         const MantleMotion& motion, int first, MantleWork* work,
+                         Linearisation* out) {
+  MantleMotion at_full_load = motion;
+  at_full_load.field_scale = 1.0;
+  AddToTangent(load.AsGravity(motion.water_acceleration_m_s2), m, at_full_load, first, work, out);
+}
 /// With those of the water's inertia instead, whose terms it shares: AddOutflowTangent.
 inline void AddToTangent(const model::OutflowLoad&, const ReducedMantle&, const MantleMotion&, int,
                          MantleWork*, Linearisation*) {}

@@ -12,8 +12,10 @@ using Kind = ActuatorTarget::Kind;
 
 ArmMotion MotionOf(const ReducedModel& model, int a, const ReducedState& state,
                    const VectorX& acceleration, const PlantInputs& inputs) {
-  int distributed = 0, points = 0;
+  int distributed = 0, points = 0, muscles = 0, payloads = 0;
   for (int b = 0; b < a; ++b) {
+    muscles += static_cast<int>(model.arms[b].muscles.size());
+    payloads += static_cast<int>(model.arms[b].payloads.size());
     distributed += static_cast<int>(model.arms[b].distributed.size());
     points += static_cast<int>(model.arms[b].points.size());
   }
@@ -27,7 +29,11 @@ ArmMotion MotionOf(const ReducedModel& model, int a, const ReducedState& state,
           inputs.gravity_scale,
           inputs.cables.data() + model.ArmCableIndex(a, 0),
           inputs.distributed.data() + distributed,
-          inputs.points.data() + points};
+          inputs.points.data() + points,
+          inputs.muscles.data() + muscles,
+          inputs.envelopes.data(),
+          inputs.payloads.data() + payloads,
+          inputs.water_acceleration_m_s2};
 }
 
 MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
@@ -42,7 +48,8 @@ MantleMotion MotionOf(const ReducedModel& model, const ReducedState& state,
           inputs.gravity_scale,
           inputs.cables.data() + model.SpokeIndex(0),
           inputs.strips_pa.data(),
-          inputs.normal_pressure_pa};
+          inputs.normal_pressure_pa,
+          inputs.water_acceleration_m_s2};
 }
 
 // Rigid body and what acts on the root alone.
@@ -51,7 +58,8 @@ Vector6 RootResidual(const ReducedModel& model, const ReducedState& state,
   const Vector6 eta = state.v.head<6>();
   Vector6 r =
       model.rigid_inertia * acceleration.head<6>() - CoadjointTimes(eta, model.rigid_inertia * eta);
-  AddRootWrenches(model.root_loads, {state.root.rotation, eta}, inputs.gravity_scale, -1.0, &r);
+  AddRootWrenches(model.root_loads, {state.root.rotation, eta, inputs.water_acceleration_m_s2},
+                  inputs.gravity_scale, -1.0, &r);
   return r;
 }
 
@@ -63,7 +71,8 @@ void LineariseRoot(const ReducedModel& model, const ReducedState& state, const P
   damping -= model::CoadjointMatrix(model.rigid_inertia * eta);
   damping -= model::SmallAdjoint(eta).transpose() * model.rigid_inertia;
   const model::RootTangent loads =
-      RootLoadTangent(model.root_loads, {state.root.rotation, eta}, inputs.gravity_scale);
+      RootLoadTangent(model.root_loads, {state.root.rotation, eta, inputs.water_acceleration_m_s2},
+                      inputs.gravity_scale);
   out->stiffness.topLeftCorner<6, 3>() -= loads.by_rotation;
   damping -= loads.by_twist;
 }

@@ -65,6 +65,7 @@ Scene ParseScene(std::string_view toml, const std::string& name,
   TomlReader reader(source.document, "", &context, &filled);
   Describe(reader, scene);
   reader.Finish();
+  scene.run.statics = scene.statics;  // of a run that starts from its equilibrium
   scene.text = WriteToml(filled);
   scene.fingerprint = Hash(scene.text, context.files_hash);
   scene.files = std::move(context.files);

@@ -30,6 +30,9 @@ Projection::Projection(const ReducedPlant& model)
     lifting_.back().distributed.clear();
     lifting_.back().points.clear();
     lifting_.back().cables.clear();
+    lifting_.back().payloads.clear();
+    lifting_.back().muscles.clear();
+    lifting_.back().muscle_points.clear();
     lifting_.back().needs_rotation = false;
     std::vector<Matrix6X> rows;
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(arm.size(), arm.size());
@@ -38,7 +41,7 @@ Projection::Projection(const ReducedPlant& model)
       const double x = 0.5 * (rod.x_m[i] + rod.x_m[i + 1]);
       const int g = arm.basis.GroupOf(x);
       const StrainGroup& group = arm.basis.groups()[g];
-      arm.basis.Evaluate(g, x, &local);
+      local = ReducedBasisAt(model.plant, a, arm.basis, g, x);
       Matrix6X b = Matrix6X::Zero(6, arm.size());
       b.middleCols(group.first, group.columns) = local;
       const double l = rod.elements[i].length;

@@ -5,11 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/LU>
+
+#include "model/start_state.h"
+
 namespace mantle::reduced {
 namespace {
 
 constexpr double kSameTime_s = 1e-12;
 constexpr double kRecovery = 2.0;  // growth of a reduced step per success
+constexpr int kSettling = 60;        // Newton's iterations to the model's own equilibrium
+constexpr double kSettled = 1e-12;   // relative change of the coordinates
 constexpr double kMoving = 1e-12;  // velocity relative to a rigid robot's: above round-off
 
 }  // namespace
@@ -20,6 +26,7 @@ ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction&
   s.step_s = reduction.step_s;
   s.min_step_s = std::min(run.min_step_s, reduction.step_s);
   s.output_interval_s = run.output_interval_s;
+  s.statics = run.statics;
   s.step.scheme = reduction.scheme;
   s.step.tolerance = reduction.tolerance;
   return s;
@@ -40,12 +47,53 @@ ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRun
       plant_acceleration_(VectorX::Zero(model.plant.velocity_size())),
       step_cap_s_(settings.step_s),
       guard_(model) {
-  const model::PlantState start = model::StartState(model.plant);
+  const model::PlantState start = model::StartState(model.plant, settings.statics);
   projection_.Lift(state_, &lifted_);
-  if ((start.velocity - lifted_.velocity).cwiseAbs().maxCoeff() <= kMoving) return;
-  if (!projection_.Project(start, &state_)) {
-    throw model::BadRobot("initial velocities: cannot be projected onto the reduced coordinates");
+  double moved = (start.velocity - lifted_.velocity).cwiseAbs().maxCoeff();
+  for (std::size_t i = 0; i < start.pose.size(); ++i) {
+    const Vector6 d = model::LogSE3(model::Inverse(lifted_.pose[i]) * start.pose[i]);
+    moved = std::max(moved, d.cwiseAbs().maxCoeff());
   }
+  for (std::size_t j = 0; j < start.shape.size(); ++j) {
+    moved = std::max(moved, (start.shape[j] - lifted_.shape[j]).cwiseAbs().maxCoeff());
+  }
+  if (moved <= kMoving) return;
+  if (!projection_.Project(start, &state_)) {
+    throw model::BadRobot(
+        "initial shape and velocities: cannot be projected onto the reduced coordinates");
+  }
+  if (model.robot.initial == model::InitialShape::kEquilibrium) Settle();
+}
+
+// From the plant's equilibrium to the model's own: R(q) = 0 at rest in the earth, by Newton.
+void ReducedSimulation::Settle() {
+  const int n = model_.coordinate_count();
+  const VectorX rest = VectorX::Zero(model_.velocity_count());
+  const VectorX moving = state_.v;
+  EvaluateInputs(model_.plant, state_.time_s, false, &first_);
+  const model::WaterMotion water = EvaluateWater(model_.robot.effects, state_.time_s);
+  first_.water_acceleration_m_s2.setZero();
+  state_.v.setZero();
+  state_.v.segment<3>(3) = -(state_.root.rotation.conjugate() * water.velocity_m_s);
+  for (int k = 0; k < kSettling; ++k) {
+    if (const ReducedFailure failure =
+            EvaluateResidual(model_, state_, rest, first_, &evaluation_)) {
+      throw model::BadRobot("robot.initial = \"static\": reduced model: " + failure.Message());
+    }
+    Linearise(model_, state_, rest, first_, false, &evaluation_, &jacobians_);
+    const VectorX step = jacobians_.stiffness.bottomRightCorner(n, n).partialPivLu().solve(
+        evaluation_.residual.tail(n));
+    if (!step.allFinite()) break;
+    state_.q -= step;
+    const double size = step.cwiseAbs().maxCoeff() / (1.0 + state_.q.cwiseAbs().maxCoeff());
+    if (size < kSettled) {
+      state_.v = moving;
+      return;
+    }
+  }
+  throw model::BadRobot(
+      "robot.initial = \"static\": the reduced model finds no equilibrium of its own near the "
+      "plant's; more segments, or another basis, bring it nearer");
 }
 
 model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
@@ -73,6 +121,8 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       step_cap_s_ = std::min(settings_.step_s, kRecovery * step_cap_s_);
       if (auto status = guard_.Judge(state_, last_); !status.ok) return status;
       if (count > 1.0 || !at_breakpoint) continue;
+      projection_.Lift(state_, &lifted_);
+      for (const model::PayloadDrop& drop : DropsAt(model_.plant, lifted_)) drops_.push_back(drop);
       EvaluateInputs(model_.plant, state_.time_s, false, &first_);
       if (const ReducedFailure failure =
               CrossRootKink(model_, first_, &evaluation_, &jacobians_, &state_)) {
@@ -126,6 +176,7 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
   result.balance_defined = false;
   AddValidity(model_.plant, validity_, &result);
   for (std::string& w : guard_.Warnings()) result.warnings.push_back(std::move(w));
+  result.drops = drops_;
   return result;
 }
 

@@ -19,6 +19,7 @@ struct ReducedRunSettings {
   double min_step_s{1e-6};  ///< retries stop there
   double output_interval_s{0.05};
   StepSettings step;
+  model::StaticsSettings statics;  ///< of a run that starts from its equilibrium
 };
 
 /// What a scene's tables [time], [output] and [reduced] say.
@@ -26,7 +27,8 @@ ReducedRunSettings RunSettingsOf(const model::RunSettings& run, const Reduction&
 
 class ReducedSimulation {
  public:
-  /// Starts where the plant does (model::StartState), projected. Throws model::BadRobot.
+  /// Starts where the plant does (model::StartState), projected; from an equilibrium, in the
+  /// reduced model's own. Throws model::BadRobot.
   ReducedSimulation(const ReducedPlant& model, const ReducedRunSettings& settings);
 
   const ReducedState& state() const { return state_; }
@@ -40,6 +42,8 @@ class ReducedSimulation {
   model::RunResult Run(const std::function<bool(const model::Sample&)>& observer = {});
 
  private:
+  void Settle();
+
   const ReducedPlant& model_;
   ReducedRunSettings settings_;
   ReducedState state_, next_;
@@ -51,6 +55,7 @@ class ReducedSimulation {
   model::PlantWork plant_work_;
   model::PlantInputs first_, last_;
   VectorX acceleration_, plant_acceleration_;
+  std::vector<model::PayloadDrop> drops_;
   double step_cap_s_;
   model::StepCounters counters_;
   MantleGuard guard_;

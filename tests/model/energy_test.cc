@@ -47,7 +47,7 @@ TEST(Energies, AreTheEarthsUnderACurrent) {
   const RunSettings settings = Settings(Integrator::kSdirk2, 0.005, duration);
   const RunResult a = CompleteRun(still, settings), b = CompleteRun(carried, settings);
   const Plant plant(still);
-  const SolidMotion solid = EvaluateSolidMotion(plant, InitialState(plant));
+  const SolidMotion solid = EvaluateSolidMotion(plant, InitialState(plant), PlantWork(plant));
   const Vector3 impulse = a.last.momentum.tail<3>();
   constexpr double kRoundOff = 1e-11;
   EXPECT_GT(impulse.norm(), 1e-3);
@@ -137,7 +137,7 @@ TEST(Energies, MomentumInACurrentChangesByTheExternalForceAlone) {
     const Vector3 start = simulation.Observe().momentum.tail<3>();
     EXPECT_TRUE(simulation.AdvanceTo(0.1).ok);
     const Vector3 end = simulation.Observe().momentum.tail<3>();
-    const double mass = EvaluateSolidMotion(plant, simulation.state()).mass_kg;
+    const double mass = EvaluateSolidMotion(plant, simulation.state(), PlantWork(plant)).mass_kg;
     const double error = (end - start - 0.1 * mass * robot.effects.gravity_m_s2).norm();
     return error;
   };

@@ -3,6 +3,7 @@
 #include "reduced/build/projection.h"
 #include "tests/reduced/reduced_robots.h"
 #include "tests/support/gradient_checker.h"
+#include "tests/support/rich_robot.h"
 
 namespace mantle::reduced {
 namespace {
@@ -116,6 +117,19 @@ TEST(ReducedDynamics, EqualsPlantProjectedOnSameStrainField) {
   }
 }
 
+// Pieces, coupled strains, muscles, payloads, loads of both sources and an unsteady current.
+TEST(ReducedDynamics, EqualsPlantWithAllThatAnArmMayCarry) {
+  model::Robot robot = tests::ControlRobot(8, 24);
+  tests::AddRichness(&robot);
+  const Reduction reduction = tests::EquivalentReduction(robot);
+  for (unsigned seed : {11u, 12u}) {
+    const Compared c = CompareWithPlant(robot, reduction, seed);
+    EXPECT_LT(c.forces, kProjection) << seed;
+    EXPECT_LT(c.inertia, kProjection) << seed;
+    EXPECT_LT(c.power, kProjection) << seed;
+  }
+}
+
 TEST(ReducedDynamics, EqualsPlantOnAClampedRootToo) {
   model::Robot robot = tests::ControlRobot(6, 24);
   robot.root = model::ClampedRoot{};
@@ -147,10 +161,7 @@ TEST(ReducedDynamics, GaussSectionsAreWhatThePlantsMeshConvergesTo) {
   EXPECT_LT(c[2].inertia, kThirtyTwo);
 }
 
-TEST(ReducedDynamics, DerivativesMatchDifferences) {
-  model::Robot robot = tests::ControlRobot(8, 32);
-  robot.arms[0].points = {
-      {"tip", 0.42, model::Vector6::Ones() * 0.02, model::LoadFrame::kWorld, {}}};
+void ExpectDerivativesMatchDifferences(const model::Robot& robot) {
   for (BasisKind kind : {BasisKind::kConstant, BasisKind::kLegendre}) {
     Reduction reduction;
     reduction.arms[0].basis = kind;
@@ -209,6 +220,19 @@ TEST(ReducedDynamics, DerivativesMatchDifferences) {
     EXPECT_TRUE(tests::JacobianMatches(j.mass, by_acceleration, kDerivative, 1e-9)) << "M";
     EXPECT_TRUE(tests::JacobianMatches(j.input, by_input, kDerivative, 1e-9)) << "U";
   }
+}
+
+TEST(ReducedDynamics, DerivativesMatchDifferences) {
+  model::Robot robot = tests::ControlRobot(8, 32);
+  robot.arms[0].points = {
+      {"tip", 0.42, model::Vector6::Ones() * 0.02, model::LoadFrame::kWorld, {}}};
+  ExpectDerivativesMatchDifferences(robot);
+}
+
+TEST(ReducedDynamics, DerivativesMatchDifferencesWithAllThatAnArmMayCarry) {
+  model::Robot robot = tests::ControlRobot(8, 24);
+  tests::AddRichness(&robot);
+  ExpectDerivativesMatchDifferences(robot);
 }
 
 }  // namespace

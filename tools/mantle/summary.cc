@@ -139,7 +139,7 @@ std::vector<std::string> EffectNames(const model::Effects& e) {
   add(e.lateral_added_mass, "lateral_added_mass");
   add(e.roll_drag.has_value(), "roll_drag");
   add(e.rigid_drag.has_value(), "rigid_drag");
-  add(e.current_m_s.has_value(), "current");
+  add(e.current_m_s.has_value() || e.unsteady_current.has_value(), "current");
   return names;
 }
 
@@ -170,6 +170,24 @@ Json SettingsSummary(const Scene& scene, const Plant& plant) {
   }
   return j;
 }
+
+namespace {
+
+Json DropsJson(const RunResult& result) {
+  const auto numbers = [](const model::Vector3& v) { return Json{v(0), v(1), v(2)}; };
+  Json drops = Json::array();
+  for (const model::PayloadDrop& d : result.drops) {
+    drops.push_back({{"payload", d.name},
+                     {"time_s", d.time_s},
+                     {"centre_m", numbers(d.centre_m)},
+                     {"velocity_m_s", numbers(d.velocity_m_s)},
+                     {"momentum_kg_m_s", numbers(d.momentum_kg_m_s)},
+                     {"kinetic_energy_j", d.kinetic_energy_j}});
+  }
+  return drops;
+}
+
+}  // namespace
 
 Json RunSummary(const RunReport& report) {
   const RunResult& r = *report.result;
@@ -206,6 +224,7 @@ Json RunSummary(const RunReport& report) {
   j["energies_j"] = EnergiesJson(r.last.energies);
   j["work_j"] = accounted ? WorkJson(r) : Json();
   j["dissipated_j"] = accounted ? Json(r.dissipated_j) : Json();
+  j["drops"] = DropsJson(r);
   j["energetic_index"] = accounted ? IndexJson(r.index) : Json();
   j["settings"] = SettingsSummary(*report.scene, plant);
   j["overrides"] = report.overrides;
