@@ -93,7 +93,7 @@ TEST(Muscle, WorkIsAccountedAndVehicleKeepsItsMomentum) {
   ASSERT_EQ(r.work_names, std::vector<std::string>{"muscle.arm.bend"});
   EXPECT_GT(r.work_j[0], 1e-6);
   EXPECT_LT(r.power_balance_residual, 1e-11);
-  constexpr double kThirdOrder = 1e-5;
+  constexpr double kThirdOrder = 3e-5;  // steps of 2 ms
   EXPECT_LT(r.energy_drift, kThirdOrder);
   // Internal: nothing else acts, so that momentum stays zero but for the steps' errors.
   const double scale = 0.2 * r.last.tip_twists[0].tail<3>().norm();
@@ -125,7 +125,7 @@ TEST(Muscle, ReducedModelMovesAsThePlant) {
   Robot robot = Rod(24);
   robot.effects.viscosity = robot.effects.drag = robot.effects.added_mass = true;
   MuscleWave wave = tests::Wave("bend", {0, 0, 1});
-  wave.amplitude_n_m = CubicSchedule{{0.0, 0.3}, {0.0, 2e-3}};
+  wave.amplitude_n_m = CubicSchedule{{0.0, 0.3}, {0.0, 8e-3}};
   robot.arms[0].muscles = {wave};
   const double duration = 0.6;
   const RunResult plant =
@@ -140,7 +140,7 @@ TEST(Muscle, ReducedModelMovesAsThePlant) {
   const RunResult r = run.Run();
   ASSERT_TRUE(r.ok) << r.reason;
   constexpr double kEightSegments = 0.01;  // of the length
-  EXPECT_GT((plant.last.tips[0].position - Vector3(0.42, 0, 0)).norm(), 0.03);
+  EXPECT_GT((plant.last.tips[0].position - Vector3(0.42, 0, 0)).norm(), 0.01);
   EXPECT_LT((plant.last.tips[0].position - r.last.tips[0].position).norm(), kEightSegments * 0.42);
 }
 

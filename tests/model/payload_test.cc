@@ -72,7 +72,7 @@ TEST(Payload, HangsWithItsWeightLessItsBuoyancy) {
   Robot loaded = Rod(20);  // the same force by hand: moment offset x force follows the section
   const Vector3 force(0, 0, -9.81 * (0.006 - 1022 * 5e-6));
   const StaticsResult a = tests::Equilibrium(robot, 4);
-  const Pose g = a.state.pose[10];
+  const Pose g = a.state.pose[11];  // node 10, after the root and node 0
   const Vector3 moment = (g.rotation * robot.arms[0].payloads[0].offset_m).cross(force);
   Vector6 wrench;
   wrench << moment, force;

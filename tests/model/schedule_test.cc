@@ -185,7 +185,7 @@ TEST(Schedule, PulsesRiseHoldFallAndRepeat) {
 TEST(Schedule, IntegralsAreThoseOfTheValues) {
   constexpr double kQuadrature = 1e-9;  // Simpson on pieces between break points, h^4
   const auto simpson = [](const Schedule& s, double from, double to) {
-    constexpr int n = 64;
+    constexpr int n = 1024;
     const double h = (to - from) / n;
     double sum = Value(s, from) + Value(s, to, true);
     for (int i = 1; i < n; ++i) sum += (i % 2 != 0 ? 4.0 : 2.0) * Value(s, from + i * h);

@@ -55,7 +55,7 @@ TEST(WaterAcceleration, NeutralBodyDriftsWithTheWater) {
 TEST(WaterAcceleration, HeavyBodyFollowsInTheRatioOfTheMasses) {
   // m v' = rho_w V a without drag or added mass; no force has a moment about the centre.
   Robot robot = Ball(1022 * 2.5e-4, 1e-4);
-  const RunResult r = tests::CompleteRun(robot, tests::Settings(Integrator::kSdirk2, 0.02, 0.8));
+  const RunResult r = tests::CompleteRun(robot, tests::Settings(Integrator::kSdirk2, 0.01, 0.8));
   const Vector3 expected =
       0.4 * (Drift(Swell(), 0.8) - 0.8 * VelocityOf(Swell(), 0.0));  // from rest in the earth
   constexpr double kSecondOrder = 2e-5;

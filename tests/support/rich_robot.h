@@ -68,6 +68,9 @@ inline void AddPayloads(model::Arm* arm) {
 inline void AddRichness(model::Robot* robot) {
   model::Arm& arm = robot->arms[0];
   AddPieces(&arm);
+  for (model::ArmCable& c : arm.cables) {
+    c.path = {{0.0, 0.004, -0.002}, {arm.length_m, -0.003, 0.003}};
+  }
   AddPayloads(&arm);
   arm.muscles = {Wave("bend", {0, 0, 1}), Wave("mixed", {0.5, 1, 0.2})};
   arm.muscles[1].envelope = {{0.05, model::ConstantSchedule{0.2}},
