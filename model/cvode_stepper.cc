@@ -117,7 +117,7 @@ class CvodeStepper final : public Stepper {
     state->velocity = state_.velocity;
     state->time_s = stop_s_;
     Evaluate(stop_s_, state, &work_);
-    SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+    SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
     if (energy != nullptr) {
       std::vector<double> total = energy->work_j();
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += y[work_at_ + i] - works[i];
@@ -194,7 +194,7 @@ class CvodeStepper final : public Stepper {
   int RhsOf(double t, const double* y, double* rate) {
     Unpack(y, t, &state_);
     if (!Evaluate(t, &state_, &work_)) return 1;  // recoverable: CVODE tries a smaller step
-    SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+    SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
     for (int p = 0; p < plant_.pose_count(); ++p) {
       const Vector6 eta = TwistOf(p);
       const Eigen::Quaterniond& q = state_.pose[p].rotation;

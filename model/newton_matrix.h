@@ -17,12 +17,12 @@ namespace mantle::model {
 /// Each arm is a chain of 6x6 blocks eliminated from its tip, which leaves its Schur complement on
 /// the root; the mantle is a chain of 3x3 blocks that meets the root in the axial direction;
 /// scalars that depend on a whole body (tension of a reeled cable, jet thrust, mantle drag) are
-/// extra unknowns of their body. K and D are analytic and complete in statics, but for how the
-/// lateral added mass of a mantle in a current changes with its shape. In steps a few terms that
-/// are not stiff are left out: what couples bodies through the root's motion alone
-/// (centrifugal forces, lateral drag), how damping tension, jet and drag change with the shape, and
-/// the chart's own terms inside elements. One correction then leaves 1e-3 to 1e-2 of the error on a
-/// swimming robot (tests/model/newton_matrix_test.cc measures it).
+/// extra unknowns of their body. K and D are analytic and complete about rest with a held root. In
+/// steps a few terms that are not stiff are left out: how the mass inside an arm's element moves
+/// against its nodes as the element's motion changes its shape, what couples bodies through the
+/// root's motion alone (centrifugal forces, lateral drag), how damping tension, jet and drag change
+/// with the shape, and the chart's own terms inside elements. One correction then leaves 1e-3 to
+/// 1e-2 of the error on a swimming robot (tests/model/newton_matrix_test.cc measures it).
 class NewtonMatrix {
  public:
   explicit NewtonMatrix(const Plant& plant);

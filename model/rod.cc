@@ -20,6 +20,7 @@ constexpr std::array<double, 5> kGaussWeight = {0.11846344252809454, 0.239314335
                                                 0.28444444444444444, 0.23931433524968324,
                                                 0.11846344252809454};
 constexpr int kReferenceSubsteps = 16;  // of the curved reference per element
+constexpr double kNodalRotary = 2.0 / 3;
 
 void Demand(bool ok, const std::string& message) {
   if (!ok) throw BadRobot(message);
@@ -104,12 +105,29 @@ Pose AdvanceReference(const Arm& arm, Pose g, double x0, double x1) {
   return g;
 }
 
+// A full stiffness with the residual bending flexibility (model/rod_element.h): what a force across
+// the rod adds to the compliance C by the moments that vary along the element, l^2 / 12 of C's own
+// bending, M_z going with F_y and M_y with -F_z.
+Matrix6 WithResidualBending(const Matrix6& stiffness, double length) {
+  Matrix6 c = stiffness.inverse();
+  const double k = length * length / 12.0;
+  const double yy = k * c(2, 2), zz = k * c(1, 1), yz = -k * c(1, 2);
+  c(4, 4) += yy;
+  c(5, 5) += zz;
+  c(4, 5) += yz;
+  c(5, 4) += yz;
+  const Matrix6 s = c.inverse();
+  return 0.5 * (s + s.transpose());
+}
+
+// `coupling` receives what couples the strains, where anything does.
 RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relative, double x0,
-                     double x1) {
+                     double x1, Matrix6* coupling) {
   RodElement e;
   e.length = x1 - x0;
   const bool straight = arm.curvature_base.isZero(0.0) && arm.curvature_tip.isZero(0.0);
   e.reference_strain = straight ? ArmRestStrain(arm, 0) : Vector6(LogSE3(relative) / e.length);
+  Matrix6 mean = Matrix6::Zero();
   ForEachPart(arm, x0, x1, [&](double from, double to) {
     const double share = (to - from) / e.length;
     for (int k = 0; k < 5; ++k) {
@@ -117,46 +135,67 @@ RodElement ElementOf(const Arm& arm, const Effects& effects, const Pose& relativ
       e.stiffness += share * kGaussWeight[k] * ArmStiffness(arm, x);
       e.viscosity += share * kGaussWeight[k] * ArmViscosity(arm, effects, x);
     }
+    mean += share * ArmStiffnessCoupling(arm, 0.5 * (from + to));
   });
+  const Vector6 section = e.stiffness;
+  AddResidualBending(&e);
+  if (!mean.isZero(0.0)) {
+    mean.diagonal() += section;
+    *coupling = WithResidualBending(mean, e.length);
+    e.stiffness = coupling->diagonal();
+    coupling->diagonal().setZero();
+  }
   return e;
 }
 
-void AddNodalIntegrals(const Arm& arm, const Water& water, const Effects& effects, double x0,
-                       double x1, RodNode* left, RodNode* right) {
+// Place of an element's inner mass, as a share of its length.
+double MiddlePlace(const Arm& arm, const Water& water, const Effects& effects, double x0,
+                   double x1) {
+  double mass = 0, moment = 0;
   ForEachPart(arm, x0, x1, [&](double from, double to) {
     for (int k = 0; k < 5; ++k) {
       const double x = from + kGaussPoint[k] * (to - from);
-      const double at = (x - x0) / (x1 - x0);
-      for (RodNode* node : {left, right}) {
-        const double shape = node == left ? 1.0 - at : at;
-        const RodNode section =
-            ArmSection(arm, water, effects, x, kGaussWeight[k] * (to - from) * shape);
-        node->weight_m += section.weight_m;
-        node->section.x_m += section.weight_m * section.section.x_m;
-        node->section.area_m2 += section.weight_m * section.section.area_m2;
-        node->section.radius_m += section.weight_m * section.section.radius_m;
-        node->section.drag_shape +=
-            section.weight_m * section.section.radius_m * section.section.drag_shape;
-        node->inertia += section.inertia;
-        node->added_mass_kg += section.added_mass_kg;
-      }
+      const double s = (x - x0) / (x1 - x0), weight = kGaussWeight[k] * (to - from);
+      const RodNode section = ArmSection(arm, water, effects, x, 1.0);
+      const double density = section.inertia(5) > 0 ? section.inertia(5) : section.section.area_m2;
+      mass += weight * density * s * (1.0 - s);
+      moment += weight * density * s * s * (1.0 - s);
     }
   });
+  const double place = moment / mass;
+  Demand(place > 1.0 / 3 && place < 2.0 / 3,
+         fmt::format("elements = {}: between X = {:.6g} and {:.6g} m nearly all mass lies at one "
+                     "end (its inner part at {:.4g} of the length, must be in (1/3, 2/3)); use "
+                     "more elements",
+                     arm.elements, x0, x1, place));
+  return place;
 }
 
-// Coupling of the strains, mean over each element; none where no piece couples them.
-std::vector<Matrix6> CouplingOf(const Arm& arm, const Rod& rod) {
-  std::vector<Matrix6> coupling;
-  for (int i = 0; i < rod.element_count(); ++i) {
-    Matrix6 mean = Matrix6::Zero();
-    ForEachPart(arm, rod.x_m[i], rod.x_m[i + 1], [&](double from, double to) {
-      mean += (to - from) / rod.elements[i].length * ArmStiffnessCoupling(arm, 0.5 * (from + to));
-    });
-    coupling.push_back(mean);
-  }
-  const bool any = std::any_of(coupling.begin(), coupling.end(),
-                               [](const Matrix6& m) { return !m.isZero(0.0); });
-  return any ? coupling : std::vector<Matrix6>();
+void AddSections(const Arm& arm, const Water& water, const Effects& effects, double x0, double x1,
+                 RodNode* left, RodNode* middle, RodNode* right) {
+  const double length = x1 - x0;
+  const double at = MiddlePlace(arm, water, effects, x0, x1);
+  ForEachPart(arm, x0, x1, [&](double from, double to) {
+    for (int k = 0; k < 5; ++k) {
+      const double x = from + kGaussPoint[k] * (to - from), s = (x - x0) / length;
+      const RodNode section = ArmSection(arm, water, effects, x, kGaussWeight[k] * (to - from));
+      const auto add = [&](double share, double rotary, RodNode* node) {
+        const double weight = share * section.weight_m;
+        node->weight_m += weight;
+        node->section.area_m2 += weight * section.section.area_m2;
+        node->section.radius_m += weight * section.section.radius_m;
+        node->section.drag_shape += weight * section.section.radius_m * section.section.drag_shape;
+        node->inertia.head<3>() += rotary * section.inertia.head<3>();
+        node->inertia.tail<3>() += share * section.inertia.tail<3>();
+        node->added_mass_kg += share * section.added_mass_kg;
+      };
+      add((1.0 - s) * (at - s) / at, kNodalRotary * (1.0 - s), left);
+      add(s * (1.0 - s) / (at * (1.0 - at)), 1.0 - kNodalRotary, middle);
+      add(s * (s - at) / (1.0 - at), kNodalRotary * s, right);
+    }
+  });
+  middle->section.x_m = x0 + at * length;
+  middle->ahead_m = (at - 0.5) * length;
 }
 
 int NodeAt(const Rod& rod, double x_m) {
@@ -400,22 +439,28 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
   rod.x_m = NodesOf(arm);
   const int n = arm.elements;
   rod.nodes.resize(n + 1);
-  for (RodNode& node : rod.nodes) node.section.drag_shape.setZero();
+  rod.middles.resize(n);
+  for (auto* places : {&rod.nodes, &rod.middles}) {
+    for (RodNode& place : *places) place.section.drag_shape.setZero();
+  }
   rod.reference.resize(n + 1);
   for (int i = 0; i < n; ++i) {
     rod.reference[i + 1] = AdvanceReference(arm, rod.reference[i], rod.x_m[i], rod.x_m[i + 1]);
+    rod.coupling.push_back(Matrix6::Zero());
     rod.elements.push_back(ElementOf(arm, effects, Inverse(rod.reference[i]) * rod.reference[i + 1],
-                                     rod.x_m[i], rod.x_m[i + 1]));
-    AddNodalIntegrals(arm, water, effects, rod.x_m[i], rod.x_m[i + 1], &rod.nodes[i],
-                      &rod.nodes[i + 1]);
+                                     rod.x_m[i], rod.x_m[i + 1], &rod.coupling[i]));
+    AddSections(arm, water, effects, rod.x_m[i], rod.x_m[i + 1], &rod.nodes[i], &rod.middles[i],
+                &rod.nodes[i + 1]);
   }
-  for (RodNode& node : rod.nodes) {
-    node.section.x_m /= node.weight_m;
-    node.section.area_m2 /= node.weight_m;
-    node.section.radius_m /= node.weight_m;
-    node.section.drag_shape /= node.weight_m * node.section.radius_m;
-    if (arm.pieces.empty()) node.section.drag_shape.setOnes();
-    node.section.density_kg_m3 = node.inertia(5) / (node.weight_m * node.section.area_m2);
+  for (int i = 0; i <= n; ++i) rod.nodes[i].section.x_m = rod.x_m[i];
+  for (auto* places : {&rod.nodes, &rod.middles}) {
+    for (RodNode& place : *places) {
+      place.section.area_m2 /= place.weight_m;
+      place.section.radius_m /= place.weight_m;
+      place.section.drag_shape /= place.weight_m * place.section.radius_m;
+      if (arm.pieces.empty()) place.section.drag_shape.setOnes();
+      place.section.density_kg_m3 = place.inertia(5) / (place.weight_m * place.section.area_m2);
+    }
   }
   AddLoads(&rod.loads, arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {
@@ -429,7 +474,9 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
   }
   for (const Payload& p : arm.payloads) rod.payloads.push_back(PayloadOf(rod, p, water, effects));
   for (const MuscleWave& m : arm.muscles) rod.muscles.push_back({m});
-  if (!arm.pieces.empty()) rod.coupling = CouplingOf(arm, rod);
+  const bool coupled = std::any_of(rod.coupling.begin(), rod.coupling.end(),
+                                   [](const Matrix6& m) { return !m.isZero(0.0); });
+  if (!coupled) rod.coupling.clear();
   for (const ArmCable& c : arm.cables) rod.cables.push_back(CableOf(arm, c, rod));
   return rod;
 }

@@ -42,6 +42,14 @@ void RefuseTolerance(const StepperSettings& s) {
 
 }  // namespace
 
+void AddValidity(const Plant& plant, const ValidityRecord& record, RunResult* result) {
+  result->largest_strain = record.strain(plant);
+  result->lobed_buckling = record.lobed_buckling(plant);
+  for (auto& w : StrainWarnings(result->largest_strain)) result->warnings.push_back(w);
+  if (!result->lobed_buckling) return;
+  for (auto& w : LobedBucklingWarnings(*result->lobed_buckling)) result->warnings.push_back(w);
+}
+
 StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n) {
   const auto& jet = plant.robot.effects.jet_thrust;
   if (!jet || std::abs(thrust_n) <= jet->runaway_n) return {};
@@ -303,11 +311,12 @@ Sample Simulation::Observe() {
   EvaluateInputs(plant_, state_.time_s, false, &inputs_);
   if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, false, &inputs_);
   EvaluateForces(plant_, state_, inputs_, &work_);
-  SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+  SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
   probe_.EvaluatePowers(plant_, state_, inputs_, work_, acceleration_);
   const EnergyAccount::Balance balance =
       probe_.EvaluateBalance(plant_, state_, work_, acceleration_);
   account_.largest_scale_w = std::max(account_.largest_scale_w, balance.scale_w);
+  account_.validity.Add(plant_, inputs_, work_, state_.time_s);
   Sample s = ObserveState(plant_, state_, work_, acceleration_);
   account_.peak_energy_j = std::max(account_.peak_energy_j, s.energies.magnitude());
   s.power_balance_scale_w = std::max({balance.scale_w, kNegligiblePower * account_.largest_scale_w,
@@ -396,6 +405,7 @@ RunResult Simulation::Result() {
         std::abs(end - account_.initial_energy_j - gained) / result.energy_drift_scale_j;
   }
   if (result.balance_defined) Judge(&result);
+  AddValidity(plant_, account_.validity, &result);
   EnergeticIndex& index = result.index;
   if (account_.ratio_time_s > 0) {
     index.mean_of_ratio = account_.ratio_s / account_.ratio_time_s;
