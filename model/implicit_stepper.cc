@@ -218,7 +218,7 @@ class ImplicitStepper final : public Stepper {
       reason_ = failure.Message();
       return false;
     }
-    SolveAcceleration(plant_, inputs_, work_, &start_);
+    SolveAcceleration(plant_, inputs_, &work_, &start_);
     return true;
   }
 
