@@ -30,6 +30,9 @@ void Describe(schema::Visitor& v, Material& material);
 bool DescribeMaterial(schema::Visitor& v, const schema::Key& key, Material* material);
 
 void Describe(schema::Visitor& v, Water& water);
+/// Keys of an arm's sections, `length_m` known: outline, material or matrices; or `radius_profile`,
+/// or `pieces`.
+void DescribeSections(schema::Visitor& v, Arm& arm);
 /// `index` counts arms from 0, for their default names.
 void DescribeArm(schema::Visitor& v, int index, Arm& arm);
 void Describe(schema::Visitor& v, Mantle& mantle);

@@ -43,7 +43,8 @@ void DescribeTime(schema::Visitor& v, RunSettings& run) {
   v.Number(
       {"tolerance",
        "error-controlled steps of sdirk2, sdirk3 and backward_euler: largest estimated error of "
-       "one, in rad, body lengths, and per second; 0: fixed steps"},
+       "one, in rad, body lengths, and per second; 0: fixed steps, as those of the reduced model "
+       "always are"},
       Quantity::kNumber, Range{0, 1, false}, &s.step_tolerance);
   v.Number({"newton_tolerance",
             "implicit steps: share of the step's own estimated error that the iteration may leave"},

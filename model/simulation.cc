@@ -213,6 +213,8 @@ void Simulation::DropPayloads() {
 
 StepStatus Simulation::CrossKink() {
   if (!std::holds_alternative<PrescribedRoot>(plant_.robot.root)) return {};
+  // Of what is attached from now on: a payload that leaves here has been accounted for.
+  EvaluateInputs(plant_, state_.time_s, false, &inputs_);
   EvaluateForces(plant_, state_, inputs_, &work_);
   const double before_j = EvaluateEnergies(plant_, state_, work_).total();
   if (const EvaluationFailure failure = CrossRootKink(plant_, &inputs_, &work_, &state_)) {

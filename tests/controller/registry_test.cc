@@ -9,11 +9,13 @@
 #include "reduced/reduction_schema.h"
 #include "tests/controller/control_scene.h"
 #include "tests/support/paths.h"
+#include "tests/support/refusal.h"
 
 namespace mantle::controller {
 namespace {
 
 using tests::ControlScene;
+using tests::Refusal;
 
 class Constant final : public Controller {
  public:
@@ -21,16 +23,6 @@ class Constant final : public Controller {
     tensions.setConstant(0.125);
   }
 };
-
-template <typename Call>
-std::string Refusal(Call call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "not refused";
-}
 
 const std::string kSteer = tests::SourcePath("scenes/steer.toml");
 

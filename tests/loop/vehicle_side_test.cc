@@ -9,25 +9,18 @@
 #include "loop/closed_loop.h"
 #include "loop/scene/scene.h"
 #include "tests/support/paths.h"
+#include "tests/support/refusal.h"
 
 // The seam at the far end of the wire: a vehicle of a user's own takes the plant's place.
 
 namespace mantle::loop {
 namespace {
 
+using tests::Refusal;
+
 scene::Scene Reach(const std::string& vehicle) {
   return scene::LoadScene(tests::SourcePath("scenes/reach.toml"),
                           {"time.duration=0.6", "drives.vehicle=\"" + vehicle + "\""});
-}
-
-template <typename Call>
-std::string Refusal(Call call) {
-  try {
-    call();
-  } catch (const std::exception& error) {
-    return error.what();
-  }
-  return "not refused";
 }
 
 /// A user's own that has a plant inside: all that the loop may know of it goes through the seam.

@@ -8,8 +8,8 @@
 #include "model/energy.h"
 #include "model/simulation.h"
 #include "model/statics.h"
-#include "reduced/build/simulation.h"
 #include "tests/support/paper_robot.h"
+#include "tests/support/reduced_runs.h"
 #include "tests/support/rich_robot.h"
 #include "tests/support/runs.h"
 
@@ -130,15 +130,7 @@ TEST(Muscle, ReducedModelMovesAsThePlant) {
   const double duration = 0.6;
   const RunResult plant =
       tests::CompleteRun(robot, tests::Settings(Integrator::kSdirk3, 0.005, duration));
-  reduced::Reduction reduction;
-  reduction.arms[0].segments = 8;
-  const reduced::ReducedPlant model(robot, reduction);
-  reduced::ReducedRunSettings settings;
-  settings.duration_s = duration;
-  settings.step_s = 0.01;
-  reduced::ReducedSimulation run(model, settings);
-  const RunResult r = run.Run();
-  ASSERT_TRUE(r.ok) << r.reason;
+  const RunResult r = tests::EightSegmentRun(robot, duration);
   constexpr double kEightSegments = 0.01;  // of the length
   EXPECT_GT((plant.last.tips[0].position - Vector3(0.42, 0, 0)).norm(), 0.01);
   EXPECT_LT((plant.last.tips[0].position - r.last.tips[0].position).norm(), kEightSegments * 0.42);

@@ -8,10 +8,10 @@
 #include "model/observation.h"
 #include "model/simulation.h"
 #include "model/statics.h"
-#include "reduced/build/simulation.h"
 #include "tests/support/paper_robot.h"
 #include "tests/support/plant_state.h"
 #include "tests/support/random_values.h"
+#include "tests/support/reduced_runs.h"
 #include "tests/support/rich_robot.h"
 #include "tests/support/runs.h"
 
@@ -173,15 +173,7 @@ TEST(Payload, ReducedModelDropsAsThePlant) {
   const double duration = 0.6;
   const RunResult plant =
       tests::CompleteRun(robot, tests::Settings(Integrator::kSdirk3, 0.005, duration));
-  reduced::Reduction reduction;
-  reduction.arms[0].segments = 8;
-  const reduced::ReducedPlant model(robot, reduction);
-  reduced::ReducedRunSettings settings;
-  settings.duration_s = duration;
-  settings.step_s = 0.01;
-  reduced::ReducedSimulation run(model, settings);
-  const RunResult r = run.Run();
-  ASSERT_TRUE(r.ok) << r.reason;
+  const RunResult r = tests::EightSegmentRun(robot, duration);
   constexpr double kEightSegments = 0.01;  // of the length
   EXPECT_GT((plant.last.tips[0].position - Vector3(0.42, 0, 0)).norm(), 0.01);
   EXPECT_LT((plant.last.tips[0].position - r.last.tips[0].position).norm(), kEightSegments * 0.42);
@@ -211,6 +203,29 @@ TEST(Payload, ImpossibleOnesAreRefusedByName) {
   flat.inertia_kg_m2.diagonal() << 1e-6, 1e-6, 3e-6;
   EXPECT_NE(why(flat).find("payloads.ball: inertia"), std::string::npos);
   EXPECT_NE(why(Ball(0.2, 0.1, 0), Coupling::kFrozen).find("\"frozen\""), std::string::npos);
+}
+
+TEST(Payload, LeavesTheAccountOnceWhateverHoldsTheRoot) {
+  // A prescribed root that stands still is a clamped one: the support does no work.
+  const auto account = [](const RootMotion& root) {
+    Robot robot = Rod(12);
+    robot.root = root;
+    robot.effects.weight = true;
+    robot.effects.gravity_m_s2 = {0, 0, -0.2};
+    robot.arms[0].payloads = {Ball(0.3, 0.02, 0)};
+    robot.arms[0].payloads[0].drop_s = 0.3;
+    return tests::CompleteRun(robot, tests::Settings(Integrator::kSdirk2, 0.001, 0.6));
+  };
+  const RunResult clamped = account(ClampedRoot{}), held = account(PrescribedRoot{});
+  ASSERT_EQ(held.drops.size(), 1u);
+  EXPECT_GT(held.drops[0].kinetic_energy_j, 1e-7);
+  constexpr double kRoundOff = 1e-6;  // of the drift itself, which is the steps'
+  EXPECT_NEAR(held.energy_drift, clamped.energy_drift, kRoundOff);
+  for (std::size_t i = 0; i < held.work_names.size(); ++i) {
+    if (held.work_names[i] == "root_constraint") {
+      EXPECT_NEAR(held.work_j[i], 0.0, 1e-12);
+    }
+  }
 }
 
 }  // namespace

@@ -156,5 +156,21 @@ TEST(ShapeMessages, ACurrentCarriesTheShapeWithIt) {
   EXPECT_NEAR(b.Of(state, {}).root_position[0], 0.2, 1e-12);
 }
 
+TEST(ShapeMessages, ACurrentThatChangesCarriesTheShapeAsTheTrajectorySays) {
+  const Robot robot("vehicle", {"effects.current={x=0.1, y={type=\"sine\", amplitude=0.2, "
+                                "frequency=1}}"});
+  model::Simulation run(robot.plant, robot.scene.run);
+  ASSERT_TRUE(run.AdvanceTo(0.3).ok);
+  const model::Sample sample = run.Observe();
+  ShapeMessages shapes(robot.plant);
+  const ShapeTelemetry& m = shapes.Of(run.state(), sample.cable_tension_n);
+  ASSERT_GT(sample.root.position.norm(), 0.02);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(m.root_position[k], sample.root.position(static_cast<int>(k)), 1e-12);
+    EXPECT_NEAR(m.position[static_cast<std::size_t>(m.arm_nodes[0]) - 1][k],
+                sample.tips[0].position(static_cast<int>(k)), 1e-12);
+  }
+}
+
 }  // namespace
 }  // namespace mantle::testing_tools

@@ -90,7 +90,7 @@ std::size_t ShapeMessages::EncodedBytes() const {
 const ShapeTelemetry& ShapeMessages::Of(const model::PlantState& state,
                                         const std::vector<double>& tension_n) {
   ShapeTelemetry& m = message_;
-  drift_m_ = state.time_s * plant_.robot.effects.current_m_s.value_or(Vector3::Zero());
+  drift_m_ = EvaluateWater(plant_.robot.effects, state.time_s).drift_m;
   m.utime = TelemetryTime(state.time_s);
   m.root_position = ToTriple(state.pose[0].position + drift_m_);
   m.root_quaternion = ToQuaternion(state.pose[0].rotation);
