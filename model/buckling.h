@@ -5,6 +5,7 @@
 
 #include "model/plant.h"
 
+/// @file
 /// Linear buckling: load factors lambda at which the stiffness about the reference shape, with the
 /// stresses of the loads in proportion, has a direction without stiffness,
 ///
@@ -18,11 +19,13 @@
 
 namespace mantle::model {
 
+/// A load at which the reference shape has a neighbour in equilibrium, and the way there.
 struct BucklingLoad {
   double load_factor{0};  ///< negative: under the opposite loads
   VectorX shape;          ///< laid out as v; its largest entry is 1
 };
 
+/// What FindBucklingLoads found.
 struct BucklingResult {
   bool ok{false};
   std::string reason;               ///< why not

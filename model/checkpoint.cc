@@ -13,7 +13,7 @@
 namespace mantle::model {
 namespace {
 
-constexpr const char* kMagic = "mantle-checkpoint-4";
+constexpr const char* kMagic = "mantle-checkpoint-5";
 
 class Writer {
  public:

@@ -7,9 +7,10 @@
 namespace mantle::model {
 
 void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& state,
-                               const PlantInputs& inputs, const PlantWork& work, double s,
-                               double chart, About about) {
-  const bool rest = about == About::kRest;
+                               const PlantInputs& inputs, const PlantWork& work,
+                               const Linearisation& at) {
+  const bool rest = at.rest();
+  const double s = at.s, chart = at.chart;
   const Rod& rod = plant.rods[a];
   ArmPart& part = arms_[a];
   BlockTridiagonal<6>& chain = part.chain;
@@ -147,6 +148,10 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   for (int i = 0; i <= n; ++i) {  // the root has the inertia of node 0
     add_place(rod.nodes[i], pose[i], twist[i], i, i > 0, &chain.diagonal[i]);
   }
+  Vector6 before = kZero;  // acceleration of the element's first node
+  if (!rest && plant.exact()) {
+    before = AdjointInverseTimes(rod.mount, at.acceleration->head<6>());
+  }
   for (int i = 0; i < n; ++i) {
     const RodNode& place = rod.middles[i];
     const RodMiddle& m = work.rod[a][i].middle;
@@ -154,8 +159,16 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
     Matrix6 form = Matrix6::Zero();
     add_place(place, MiddlePose(place, m, pose[i]), middle.twist, -1, true, &form);
     FormFromAhead(place.ahead_m, &form);
-    MiddleBlocks b = MiddleForm(m, form);
-    SubtractMiddleTurn(m, WrenchFromAhead(place.ahead_m, middle.wrench), &b);
+    MiddleMotion motion{place.FullInertia(), place.ahead_m,           -middle.wrench,
+                        middle.tau_rate,     twist[i + 1] - twist[i], kZero};
+    if (!rest) {
+      const Vector6 after = at.acceleration->segment<6>(plant.ArmVelocity(a, i + 1));
+      motion.residual += motion.inertia.cwiseProduct(MiddleTwist(place, m, before, after));
+      motion.acceleration_change = after - before;
+      before = after;
+    }
+    motion.residual = WrenchFromAhead(place.ahead_m, motion.residual);
+    const MiddleBlocks b = MiddleTangent(m, form, motion, s, chart);
     chain.diagonal[i] += b.a11;
     chain.diagonal[i + 1] += b.a22;
     if (strain_coordinates_) {
@@ -170,9 +183,10 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
 }
 
 void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
-                                 const PlantInputs& inputs, const PlantWork& work, double s,
-                                 About about) {
+                                 const PlantInputs& inputs, const PlantWork& work,
+                                 const Linearisation& at) {
   const Shell& shell = *plant.shell;
+  const double s = at.s;
   const int n = shell.element_count();
   BlockTridiagonal<3>& chain = shell_.chain;
   for (auto& d : chain.diagonal) d.setZero();
@@ -185,7 +199,7 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
     chain.lower[i] = t.a21;
   }
   for (int j = 0; j <= n; ++j) chain.diagonal[j].diagonal() += s * s * shell.nodes[j].inertia;
-  if (about == About::kRest && plant.exact() && plant.robot.effects.lateral_added_mass) {
+  if (at.rest() && plant.exact() && plant.robot.effects.lateral_added_mass) {
     // The energy 1/2 rho U v^2 of the water around a held mantle in a current
     // (AddCentrifugalForces; its other terms go with the root's turning).
     const double pressure =
@@ -199,8 +213,8 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
   b.base_column.setZero();
   b.base_row.setZero();
   const ShellMotion motion = MantleMotionOf(plant, state, inputs, work);
-  ShellTangent tangent{s,      about == About::kRest, work.volume_gradient, &chain, &b.column,
-                       &b.row, &b.base_column,        &b.base_row};
+  ShellTangent tangent{s,         at.rest(), work.volume_gradient, &chain,
+                       &b.column, &b.row,    &b.base_column,       &b.base_row};
   for (const MantleLoad& load : plant.mantle_loads) {
     std::visit([&](const auto& l) { l.AddTangent(motion, &tangent); }, load);
   }

@@ -271,7 +271,6 @@ PlantWork::PlantWork(const Plant& plant)
       flat(VectorX::Zero(plant.velocity_size())) {
   for (const Rod& r : plant.rods) {
     twist.emplace_back(r.nodes.size(), Vector6::Zero());
-    load_pose.emplace_back(plant.exact() ? 0 : r.nodes.size());
     rod.emplace_back(r.elements.size());
     middle.emplace_back(r.elements.size());
     mass.emplace_back(static_cast<int>(r.nodes.size()));

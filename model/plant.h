@@ -105,10 +105,13 @@ double NextBreakpoint(const Plant& plant, double t_s);
 /// Clamped or prescribed root: sets pose and twist of the root (and of every node 0).
 void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state);
 
-/// Motion of the mass inside an element, the rate of its twist that the nodes' do not make, and
-/// loads and inertial forces on it but for those of the nodes' accelerations.
+/// Motion of the mass inside an element (model/rod_middle.h) at its place.
 struct MiddleState {
-  Vector6 twist{Vector6::Zero()}, bias{Vector6::Zero()}, wrench{Vector6::Zero()};
+  Vector6 twist{Vector6::Zero()};     ///< eta
+  Vector6 tau_rate{Vector6::Zero()};  ///< tau_dot of the frame
+  Vector6 bias{Vector6::Zero()};      ///< of the twist's rate, what the nodes' rates do not make
+  /// Loads and inertial forces but for those of the nodes' accelerations.
+  Vector6 wrench{Vector6::Zero()};
 };
 
 /// Everything that one evaluation computes; allocated once by the constructor.
@@ -117,7 +120,6 @@ struct PlantWork {
 
   VectorX force;                                  ///< f(q, v, t)
   std::vector<std::vector<Vector6>> twist;        ///< per arm and node, the twist loads see
-  std::vector<std::vector<Pose>> load_pose;       ///< frozen coupling only: absolute poses
   std::vector<std::vector<RodElementState>> rod;  ///< per arm and element
   std::vector<std::vector<MiddleState>> middle;   ///< per arm and element, its twist as `twist`
   std::vector<std::vector<Vector3>> muscles;      ///< moment of the muscles per element; or none
@@ -131,7 +133,6 @@ struct PlantWork {
   double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};  ///< U, U_dot; Q, T
   double radial_flux_m3_s{0};  ///< part of the volume's rate that radial velocity makes
   double mean_axial_speed_m_s{0}, mantle_drag_n{0}, max_radius_m{0};  ///< of AxialDragLoad
-  Vector6 root_twist_in_arm{Vector6::Zero()};
   std::vector<Vector3> scratch, gradient_scratch;  ///< one per node of the mantle
   VectorX flat;                                    ///< scratch, laid out as v
   std::vector<BlockTridiagonal<6>> mass;           ///< of SolveAcceleration, per arm

@@ -34,9 +34,10 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
   for (int i = 0; i < n; ++i) {
     const RodMiddle& m = elements[i].middle;
     MiddleState& at = work->middle[a][i];
-    const Vector6 frame = MiddleTwist(m, twist[i], twist[i + 1]);
-    at.bias = TwistAhead(rod.middles[i].ahead_m, MiddleBias(m, twist[i], twist[i + 1], frame));
-    at.twist = TwistAhead(rod.middles[i].ahead_m, frame);
+    at.tau_rate = MiddleTauRate(m, twist[i], twist[i + 1]);
+    const Vector6 bias = 0.5 * SmallAdjointTimes(at.tau_rate, twist[i + 1] - twist[i]);
+    at.bias = TwistAhead(rod.middles[i].ahead_m, bias);
+    at.twist = MiddleTwist(rod.middles[i], m, twist[i], twist[i + 1]);
   }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
     const int index = plant.ArmCableIndex(a, static_cast<int>(c));
@@ -169,8 +170,8 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
       base += loads.external + loads.actuation;
     }
     if (!plant.exact()) {
-      root_loads += AdjointInverseTransposeTimes(
-          pose[i], loads.external + loads.actuation - loads.internal);
+      root_loads +=
+          AdjointInverseTransposeTimes(pose[i], loads.external + loads.actuation - loads.internal);
     }
   }
   for (int i = 0; i < n; ++i) {
@@ -190,8 +191,8 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
     }
     at(i + 1) += f2;
     if (!plant.exact()) {
-      root_loads += AdjointInverseTransposeTimes(
-          g, loads.external + loads.actuation - loads.internal);
+      root_loads +=
+          AdjointInverseTransposeTimes(g, loads.external + loads.actuation - loads.internal);
     }
   }
   work->force.head<6>() +=

@@ -108,6 +108,7 @@ struct Rod {
   std::vector<RodNode> nodes, middles;  ///< at nodes, and inside elements
   std::vector<Pose> reference;          ///< nodal poses at rest, in the base frame
   std::vector<SectionLoad> loads;       ///< of the effects, on every node
+  /// A distributed wrench of the scene.
   struct Distributed {
     std::string name;
     DistributedLoad load;

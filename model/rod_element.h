@@ -47,7 +47,7 @@ struct RodElementState {
   Vector6 d{Vector6::Zero()};      ///< log(g1^-1 g2) [rad, m]
   Vector6 d_dot{Vector6::Zero()};  ///< [rad/s, m/s]
   EvenTangentInverse even;         ///< E(d)
-  RodMiddle middle;
+  RodMiddle middle;                ///< frame half-way
 
   Vector6 Strain(const RodElement& e) const { return d / e.length; }
   Vector6 StrainRate(const RodElement& e) const { return d_dot / e.length; }

@@ -8,6 +8,7 @@
 #include "model/stepper.h"
 #include "reduced/build/reduced_plant.h"
 
+/// @file
 /// What the reduced mantle cannot know of itself: its shapes are a few, and hold it open where the
 /// plant's wall would not. Watches a run step by step.
 ///
@@ -25,12 +26,16 @@ inline constexpr double kBeyondShapes = 1.25;
 /// How long, and to what share of its volume, a mantle may stay as it is above p_c.
 inline constexpr double kHeldTime_s = 0.1, kHeldVolume = 0.01;
 
+/// Watches a reduced run for shapes beyond those that its mantle was built from, for collapse and
+/// for the jet's run-away. Keeps what it has seen; one for each run.
 class MantleGuard {
  public:
+  /// `model` must outlive it.
   explicit MantleGuard(const ReducedPlant& model);
 
   /// Not ok, in words, after a step that ended in `state` under `inputs`.
   model::StepStatus Judge(const ReducedState& state, const model::PlantInputs& inputs);
+  /// What to tell the user after the run, a line each.
   std::vector<std::string> Warnings() const;
 
  private:

@@ -78,9 +78,21 @@ TEST(RodMiddle, BiasIsWhatTheNodesAccelerationsDoNotMake) {
       return MiddleTwist(MiddleBetween(g1, g2), c.eta1 + t * a1, c.eta2 + t * a2);
     };
     const RodMiddle m = MiddleBetween(c.g1, c.g2);
-    const Vector6 eta = MiddleTwist(m, c.eta1, c.eta2);
-    const Vector6 rate = MiddleTwist(m, a1, a2) + MiddleBias(m, c.eta1, c.eta2, eta);
+    const Vector6 rate = MiddleTwist(m, a1, a2) + MiddleBias(m, c.eta1, c.eta2);
     EXPECT_TRUE(tests::JacobianMatches(rate, tests::DifferenceRate(twist, 1e-3), kDifferences))
+        << rotation;
+  }
+}
+
+TEST(RodMiddle, TauMovesWithTheNodes) {
+  RandomValues random(9);
+  for (double rotation : kRotations) {
+    const Case c = RandomCase(&random, rotation);
+    const auto tau = [&](double t) -> Vector6 {
+      return MiddleBetween(c.g1 * ExpSE3(t * c.eta1), c.g2 * ExpSE3(t * c.eta2)).tau;
+    };
+    const Vector6 rate = MiddleTauRate(MiddleBetween(c.g1, c.g2), c.eta1, c.eta2);
+    EXPECT_TRUE(tests::JacobianMatches(rate, tests::DifferenceRate(tau, 1e-3), kDifferences))
         << rotation;
   }
 }
@@ -93,7 +105,7 @@ TEST(RodMiddle, RigidMotionCarriesItRigidly) {
     const Vector6 eta2 = AdjointInverseTimes(ExpSE3(c.d), c.eta1);
     const Vector6 eta = MiddleTwist(m, c.eta1, eta2);
     EXPECT_LT((eta - AdjointInverseTimes(m.half, c.eta1)).norm(), kRoundOff * c.eta1.norm());
-    EXPECT_LT(MiddleBias(m, c.eta1, eta2, eta).norm(), kRoundOff * c.eta1.squaredNorm());
+    EXPECT_LT(MiddleBias(m, c.eta1, eta2).norm(), kRoundOff * c.eta1.squaredNorm());
   }
 }
 
@@ -131,25 +143,91 @@ TEST(RodMiddle, FormIsTheFormOfTheTwists) {
   EXPECT_NEAR(y.dot(Assembled(MiddleForm(m, form)) * x), expected, 1e-13);
 }
 
-TEST(RodMiddle, NodesForcesTurnWithTheShape) {
+// A middle that carries a mass and a wrench that follows it, moved by increments zeta of its nodes
+// as a stage of a step moves them.
+struct Stage {
+  Case c;
+  Vector6 a1, a2, inertia, wrench;
+  double ahead_m, s, chart;
+
+  // Forces of inertia on the nodes, less those of the wrench.
+  Eigen::VectorXd Residual(const Eigen::VectorXd& zeta) const {
+    const auto moved = [&](const Vector6& eta, const Vector6& z) -> Vector6 {
+      return eta + s * z + chart * SmallAdjointTimes(eta, z);
+    };
+    const Vector6 z1 = zeta.head<6>(), z2 = zeta.tail<6>();
+    const Vector6 eta1 = moved(c.eta1, z1), eta2 = moved(c.eta2, z2);
+    const RodMiddle m = MiddleBetween(c.g1 * ExpSE3(z1), c.g2 * ExpSE3(z2));
+    const Vector6 rate =
+        TwistAhead(ahead_m, MiddleTwist(m, a1 + s * (eta1 - c.eta1), a2 + s * (eta2 - c.eta2)) +
+                                MiddleBias(m, eta1, eta2));
+    Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
+    AddMiddleWrench(m, WrenchFromAhead(ahead_m, inertia.cwiseProduct(rate) - wrench), &f1, &f2);
+    Eigen::VectorXd f(12);
+    f << f1, f2;
+    return f;
+  }
+  // Differences of Residual less MiddleTangent.
+  Eigen::MatrixXd LeftOut() const {
+    const RodMiddle m = MiddleBetween(c.g1, c.g2);
+    const Vector6 eta = MiddleTwist(m, c.eta1, c.eta2);
+    Matrix6 of_frame = inertia.asDiagonal();
+    FormFromAhead(ahead_m, &of_frame);
+    const Matrix6 form = of_frame * (s * s * Matrix6::Identity() + chart * s * SmallAdjoint(eta));
+    const Vector6 rate =
+        TwistAhead(ahead_m, MiddleTwist(m, a1, a2) + MiddleBias(m, c.eta1, c.eta2));
+    const MiddleMotion motion{inertia,
+                              ahead_m,
+                              WrenchFromAhead(ahead_m, inertia.cwiseProduct(rate) - wrench),
+                              MiddleTauRate(m, c.eta1, c.eta2),
+                              c.eta2 - c.eta1,
+                              a2 - a1};
+    const Eigen::MatrixXd numeric =
+        tests::DifferenceJacobian([&](const Eigen::VectorXd& zeta) { return Residual(zeta); },
+                                  Eigen::VectorXd::Zero(12), Eigen::VectorXd::Constant(12, 1e-3));
+    return numeric - Assembled(MiddleTangent(m, form, motion, s, chart));
+  }
+};
+Stage RandomStage(RandomValues* random, double rotation, double s, double chart) {
+  Stage stage{RandomCase(random, rotation),
+              random->Twist(60, 9),
+              random->Twist(60, 9),
+              {},
+              random->Twist(0.1, 5.0),
+              0.004,
+              s,
+              chart};
+  stage.inertia << 2e-3, 1e-3, 1.5e-3, 0.4, 0.7, 0.7;
+  return stage;
+}
+
+TEST(RodMiddle, TangentIsCompleteWhereTheShapeDoesNotMove) {
   RandomValues random(7);
   for (double rotation : {1e-6, 0.01, 0.4, 2.0}) {
-    const Case c = RandomCase(&random, rotation);
-    const Vector6 w = random.Twist(0.1, 5.0);
-    const auto forces = [&](const Eigen::VectorXd& zeta) -> Eigen::VectorXd {
-      Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
-      AddMiddleWrench(MiddleBetween(c.g1 * ExpSE3(zeta.head<6>()), c.g2 * ExpSE3(zeta.tail<6>())),
-                      w, &f1, &f2);
-      Eigen::VectorXd f(12);
-      f << f1, f2;
-      return -f;
-    };
-    const Eigen::MatrixXd numeric = tests::DifferenceJacobian(forces, Eigen::VectorXd::Zero(12),
-                                                              Eigen::VectorXd::Constant(12, 1e-3));
-    const RodMiddle m = MiddleBetween(c.g1, c.g2);
-    MiddleBlocks blocks = MiddleForm(m, Matrix6::Zero());
-    SubtractMiddleTurn(m, w, &blocks);
-    EXPECT_TRUE(tests::JacobianMatches(Assembled(blocks), numeric, kDifferences)) << rotation;
+    for (double chart : {0.0, 0.5, 1.0}) {
+      Stage stage = RandomStage(&random, rotation, 300.0, chart);
+      stage.c.eta1.setZero();
+      stage.c.eta2.setZero();
+      const double scale = 300.0 * 300.0 * 0.7;
+      EXPECT_LT(stage.LeftOut().cwiseAbs().maxCoeff(), kDifferences * scale) << rotation;
+    }
+  }
+}
+
+TEST(RodMiddle, TangentLeavesOutOnlySquaresOfRates) {
+  // What is left out must be the same for any s: neither s^2 nor s times a rate is in it.
+  RandomValues random(8);
+  for (double rotation : {1e-6, 0.01, 0.4, 2.0}) {
+    for (double chart : {0.0, 0.5, 1.0}) {
+      Stage stage = RandomStage(&random, rotation, 300.0, chart);
+      const Eigen::MatrixXd left_out = stage.LeftOut();
+      stage.s = 600.0;
+      const double scale = 600.0 * 600.0 * 0.7;
+      EXPECT_LT((stage.LeftOut() - left_out).cwiseAbs().maxCoeff(), kDifferences * scale)
+          << rotation << " " << chart;
+      // 3 rad/s and 0.5 m/s on 0.7 kg
+      EXPECT_LT(left_out.cwiseAbs().maxCoeff(), 0.7 * 3.0 * 3.0 * 5) << rotation << " " << chart;
+    }
   }
 }
 
