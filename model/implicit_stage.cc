@@ -10,12 +10,15 @@
 namespace mantle::model {
 namespace {
 
-// A matrix that contracts worse than kPoorContraction is made anew within the stage, one that
-// contracts worse than kRefreshContraction before the next; the step is given up when even a matrix
-// of the stage itself does not contract.
+// A matrix that contracts worse than kPoorContraction is made anew within the stage, at most
+// kMostMatrices times; one that contracts worse than kRefreshContraction before the next. Far from
+// the solution a matrix of the stage's own start contracts poorly too; one made where the iteration
+// has come to then converges quadratically. The step is given up when even such a matrix does not
+// contract.
 constexpr double kPoorContraction = 0.1;
 constexpr double kRefreshContraction = 0.03;
 constexpr double kFailContraction = 0.9;
+constexpr int kMostMatrices = 3;
 // What the first iteration of a stage is taken to contract by at best, before it has been seen.
 constexpr double kAssumedContraction = 0.1;
 // A first step, of which nothing is known yet, is solved to kFirstTolerance in increments [rad,
@@ -121,7 +124,8 @@ bool ImplicitStepper::Factor(double t, bool from_left, double s) {
 bool ImplicitStepper::SolveStage(const PlantState& start, double t, bool from_left, double s) {
   const Size tolerance = Tolerance(1.0 / (s * tableau_.gamma));
   double previous = 0;
-  bool fresh = false, verified = false;
+  bool verified = false;
+  int matrices = 0;
   int since = 0;  // iterations since the set of taut cables changed
   reels_.Begin(inputs_);
   for (int k = 0; k <= settings_.newton_max_iterations; ++k, ++since) {
@@ -134,7 +138,7 @@ bool ImplicitStepper::SolveStage(const PlantState& start, double t, bool from_le
     }
     if (!matrix_valid_ || std::abs(matrix_s_ / s - 1.0) > kSameStep) {
       if (!Factor(t, from_left, s)) return false;
-      fresh = true;
+      ++matrices;
     }
     ApplyMass(plant_, work_, acceleration_, &residual_);
     residual_ -= work_.force;
@@ -155,7 +159,9 @@ bool ImplicitStepper::SolveStage(const PlantState& start, double t, bool from_le
     const bool stalled = since > 0 && size < kStall && contraction > kFailContraction;
     bool done =
         contraction < 1.0 && sizes.all * left < tolerance.all && sizes.root * left < tolerance.root;
-    done = reels_.Correct(left) && done;
+    // Poses are seen, and tensions with them, at the step's end.
+    const bool ends = from_left;
+    done = reels_.Correct(left, ends ? left * size * plant_.body_length_m : 0.0, s) && done;
     if (done || stalled) {
       if (verified || !reels_.MaySwitch(work_, s, size * plant_.body_length_m)) {
         Unpack(start, t, s);
@@ -165,9 +171,9 @@ bool ImplicitStepper::SolveStage(const PlantState& start, double t, bool from_le
       }
       verified = true;
     }
-    if (since > 0 && contraction > kPoorContraction && !fresh) {
+    if (since > 0 && contraction > kPoorContraction && matrices < kMostMatrices) {
       matrix_valid_ = false;
-    } else if (since > 1 && fresh && contraction > kFailContraction && size > 1e3 * tolerance.all) {
+    } else if (since > 1 && contraction > kFailContraction && size > 1e3 * tolerance.all) {
       reason_ = fmt::format(
           "Newton iteration does not converge at t = {:.6g} s, h = {:.3g} s (contraction {:.2g}, "
           "last increment {:.2g})",
