@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <cstring>
 #include <sstream>
+#include <type_traits>
 
 #include "model/simulation.h"
 
@@ -12,7 +13,7 @@
 namespace mantle::model {
 namespace {
 
-constexpr const char* kMagic = "mantle-checkpoint-4";
+constexpr const char* kMagic = "mantle-checkpoint-5";
 
 class Writer {
  public:
@@ -83,7 +84,7 @@ std::string Simulation::Checkpoint() const {
   for (long n : {c.steps, c.rejected, c.newton_iterations, c.factorisations, c.evaluations}) {
     out.Put(static_cast<double>(n));
   }
-  static_assert(sizeof(Account) % sizeof(double) == 0);
+  static_assert(sizeof(Account) % sizeof(double) == 0 && std::is_trivially_copyable_v<Account>);
   double account[sizeof(Account) / sizeof(double)];
   std::memcpy(account, &account_, sizeof account);
   for (double x : account) out.Put(x);

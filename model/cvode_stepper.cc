@@ -46,6 +46,7 @@ class CvodeStepper final : public Stepper {
         work_at_(velocity_at_ + plant.velocity_size()),
         size_(work_at_ + static_cast<int>(quadrature_.names().size()) + 1) {
     acceleration_.setZero(plant.velocity_size());
+    jacobian_acceleration_ = acceleration_;
     increment_.setZero(plant.velocity_size());
     image_.setZero(plant.velocity_size());
     if (SUNContext_Create(nullptr, &context_) != 0)
@@ -117,7 +118,7 @@ class CvodeStepper final : public Stepper {
     state->velocity = state_.velocity;
     state->time_s = stop_s_;
     Evaluate(stop_s_, state, &work_);
-    SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+    SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
     if (energy != nullptr) {
       std::vector<double> total = energy->work_j();
       for (std::size_t i = 0; i < total.size(); ++i) total[i] += y[work_at_ + i] - works[i];
@@ -194,7 +195,7 @@ class CvodeStepper final : public Stepper {
   int RhsOf(double t, const double* y, double* rate) {
     Unpack(y, t, &state_);
     if (!Evaluate(t, &state_, &work_)) return 1;  // recoverable: CVODE tries a smaller step
-    SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+    SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
     for (int p = 0; p < plant_.pose_count(); ++p) {
       const Vector6 eta = TwistOf(p);
       const Eigen::Quaterniond& q = state_.pose[p].rotation;
@@ -243,8 +244,10 @@ class CvodeStepper final : public Stepper {
     if (!Evaluate(t, &jacobian_state_, &jacobian_work_)) return 1;
     jacobian_inputs_ = inputs_;
     ++counters_.factorisations;
-    return matrix_.Factor(plant_, jacobian_state_, inputs_, jacobian_work_, 1.0 / gamma, 0.0) ? 0
-                                                                                              : 1;
+    SolveAcceleration(plant_, inputs_, &jacobian_work_, &jacobian_acceleration_);
+    const bool ok = matrix_.Factor(plant_, jacobian_state_, inputs_, jacobian_work_,
+                                   jacobian_acceleration_, 1.0 / gamma, 0.0);
+    return ok ? 0 : 1;
   }
 
   static int Solve(double, N_Vector, N_Vector, N_Vector r, N_Vector z, double gamma, double, int,
@@ -328,7 +331,7 @@ class CvodeStepper final : public Stepper {
   PlantState state_, jacobian_state_, probe_;
   EnergyAccount quadrature_;
   int shape_at_, velocity_at_, work_at_, size_;
-  VectorX acceleration_, increment_, image_, velocity_;
+  VectorX acceleration_, jacobian_acceleration_, increment_, image_, velocity_;
   SUNContext context_{nullptr};
   N_Vector y_{nullptr}, tolerance_{nullptr};
   void* memory_{nullptr};

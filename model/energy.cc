@@ -26,17 +26,22 @@ Energies EnergiesInWater(const Plant& plant, const PlantState& state, const Plan
   e.kinetic_solid_j += 0.5 * root.dot(plant.rigid_inertia * root);
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
     const Rod& rod = plant.rods[a];
-    for (int i = 0; i <= rod.element_count(); ++i) {
-      const Vector6 eta = AbsoluteTwist(plant, state, a, i);
-      e.kinetic_solid_j += 0.5 * eta.dot(rod.nodes[i].inertia.cwiseProduct(eta));
-      e.kinetic_water_j += 0.5 * rod.nodes[i].added_mass_kg * eta.tail<2>().squaredNorm();
-    }
     for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
-      const Vector6 eta = AbsoluteTwist(plant, state, a, rod.payloads[k].node);
+      const Vector6 carrying = AbsoluteTwist(plant, state, a, rod.payloads[k].node);
       e.kinetic_solid_j += 0.5 * work.payloads[plant.PayloadIndex(a, static_cast<int>(k))] *
-                           eta.dot(rod.payloads[k].inertia * eta);
+                           carrying.dot(rod.payloads[k].inertia * carrying);
     }
+    const auto add = [&](const RodNode& place, const Vector6& eta) {
+      e.kinetic_solid_j += 0.5 * eta.dot(place.inertia.cwiseProduct(eta));
+      e.kinetic_water_j += 0.5 * place.added_mass_kg * eta.tail<2>().squaredNorm();
+    };
+    Vector6 eta = AbsoluteTwist(plant, state, a, 0);
+    add(rod.nodes[0], eta);
     for (int i = 0; i < rod.element_count(); ++i) {
+      const Vector6 next = AbsoluteTwist(plant, state, a, i + 1);
+      add(rod.middles[i], MiddleTwist(rod.middles[i], work.rod[a][i].middle, eta, next));
+      add(rod.nodes[i + 1], next);
+      eta = next;
       const RodElement& el = rod.elements[i];
       const Vector6 strain = work.rod[a][i].Strain(el) - el.reference_strain;
       e.elastic_arms_j += 0.5 * el.length * strain.dot(el.stiffness.cwiseProduct(strain));
@@ -103,16 +108,30 @@ Vector3 MomentumRate(const Plant& plant, const PlantState& state, const PlantWor
   };
   Vector3 total = turned(state.pose[0], root.head<3>(), momentum, rate);
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
-    for (int i = 1; i <= plant.rods[a].element_count(); ++i) {
-      const int at = plant.ArmVelocity(a, i);
-      const Vector6 inertia = plant.rods[a].nodes[i].FullInertia();
+    const Rod& rod = plant.rods[a];
+    const auto add = [&](const RodNode& place, const Pose& g, const Vector6& eta,
+                         const Vector6& eta_dot) {
+      const Vector6 inertia = place.FullInertia();
+      total += turned(g, eta.head<3>(), inertia.cwiseProduct(eta), inertia.cwiseProduct(eta_dot));
+    };
+    Vector6 before = Vector6::Zero();
+    if (plant.exact()) before = AdjointInverseTimes(rod.mount, acceleration.head<6>());
+    for (int i = 0; i < rod.element_count(); ++i) {
+      const int at = plant.ArmVelocity(a, i + 1);
+      const Vector6 after = acceleration.segment<6>(at);
+      const RodNode& place = rod.middles[i];
+      const RodMiddle& m = work.rod[a][i].middle;
+      const MiddleState& middle = work.middle[a][i];
+      add(place, MiddlePose(place, m, state.pose[plant.ArmPose(a, i)]), middle.twist,
+          MiddleTwist(place, m, before, after) + middle.bias);
+      add(rod.nodes[i + 1], state.pose[plant.ArmPose(a, i + 1)], state.velocity.segment<6>(at),
+          after);
+      before = after;
+      if (rod.payloads.empty()) continue;
+      const Matrix6 payload = PayloadInertia(plant, work, a, i + 1);
       const Vector6 eta = state.velocity.segment<6>(at);
-      total += turned(state.pose[plant.ArmPose(a, i)], eta.head<3>(), inertia.cwiseProduct(eta),
-                      inertia.cwiseProduct(acceleration.segment<6>(at)));
-      if (plant.rods[a].payloads.empty()) continue;
-      const Matrix6 payload = PayloadInertia(plant, work, a, i);
-      total += turned(state.pose[plant.ArmPose(a, i)], eta.head<3>(), payload * eta,
-                      payload * acceleration.segment<6>(at));
+      total += turned(state.pose[plant.ArmPose(a, i + 1)], eta.head<3>(), payload * eta,
+                      payload * after);
     }
   }
   return total;
@@ -149,15 +168,13 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
   const Rod& rod = plant.rods[a];
   const Vector6 root = state.velocity.head<6>();
   const Vector3 current = CurrentOf(plant, state);
-  for (int i = 0; i <= rod.element_count(); ++i) {
-    const Pose& g = state.pose[plant.ArmPose(a, i)];
-    SectionMotion motion{g.rotation, work.twist[a][i], inputs.water_acceleration_m_s2};
+  const auto add = [&](const RodNode& node, const Pose& g, const Vector6& eta, int point_node) {
+    SectionMotion motion{g.rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
       motion.rotation = state.pose[0].rotation * g.rotation;
       motion.twist += AdjointInverseTimes(g, root);
     }
     const Vector6 earth_twist = motion.twist + Carried(motion.rotation, current);
-    const RodNode& node = rod.nodes[i];
     for (const SectionLoad& load : rod.loads) {
       const double scale = FieldScale(load, inputs.gravity_scale) * node.weight_m;
       std::visit(
@@ -180,14 +197,14 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
           rod.distributed[k].load.Density(node.section, motion).dot(twist);
     }
     for (std::size_t k = 0; k < rod.points.size(); ++k) {
-      if (rod.points[k].node != i) continue;
+      if (rod.points[k].node != point_node) continue;
       power_[rod.points[k].power_place] +=
           WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
                           rod.points[k].load.frame, motion.rotation)
               .dot(earth_twist);
     }
     for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
-      if (rod.payloads[k].node != i) continue;
+      if (rod.payloads[k].node != point_node) continue;
       const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
       for (const RootLoad& load : rod.payloads[k].loads) {
         std::visit(
@@ -198,6 +215,12 @@ void EnergyAccount::AddArmPowers(const Plant& plant, int a, const PlantState& st
             load);
       }
     }
+  };
+  const Pose* pose = &state.pose[plant.ArmPose(a, 0)];
+  for (int i = 0; i <= rod.element_count(); ++i) add(rod.nodes[i], pose[i], work.twist[a][i], i);
+  for (int i = 0; i < rod.element_count(); ++i) {
+    add(rod.middles[i], MiddlePose(rod.middles[i], work.rod[a][i].middle, pose[i]),
+        work.middle[a][i].twist, -1);
   }
   for (std::size_t k = 0; k < rod.muscles.size(); ++k) {
     const MuscleInput& in = inputs.muscles[plant.MuscleIndex(a, static_cast<int>(k))];
@@ -303,6 +326,12 @@ EnergyAccount::Balance EnergyAccount::EvaluateBalance(const Plant& plant, const 
   ApplyMass(plant, work, acceleration, &scratch_);
   const Vector6 root = state.velocity.head<6>();
   double kinetic = state.velocity.dot(scratch_);
+  for (std::size_t a = 0; a < plant.rods.size(); ++a) {  // the mass moves inside its elements
+    for (std::size_t i = 0; i < plant.rods[a].middles.size(); ++i) {
+      const MiddleState& middle = work.middle[a][i];
+      kinetic += middle.twist.dot(plant.rods[a].middles[i].FullInertia().cwiseProduct(middle.bias));
+    }
+  }
   if (plant.shell && plant.exact()) {
     Matrix6 rate = Matrix6::Zero();
     AddMantleInertia(work.mantle_inertia, true, &rate);

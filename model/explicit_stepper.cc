@@ -56,7 +56,7 @@ class ExplicitStepper final : public Stepper {
         ++counters_.rejected;
         return {false, failure.Message()};
       }
-      SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+      SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
       ChartRate(plant_, theta_, stage_.velocity, &theta_rate_);
       theta_sum_ += h * kWeight[i] * theta_rate_;
       velocity_sum_ += h * kWeight[i] * acceleration_;
@@ -144,7 +144,7 @@ double ExplicitStepLimit(const Plant& plant) {
       }
       if (EvaluateForces(plant, probe, inputs, &work)) break;
       work.force = (f0 - work.force) / eps;
-      SolveAcceleration(plant, inputs, work, &y);
+      SolveAcceleration(plant, inputs, &work, &y);
       radius[which] = std::max(y.norm(), 0.0);
       if (!(radius[which] > 0)) break;
       x = y;

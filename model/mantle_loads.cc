@@ -17,14 +17,10 @@ void NormalPressureLoad::AddForces(const ShellMotion& m, ShellForces* f) const {
   }
 }
 
-void NormalPressureLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const {
-  // derivative of the swept-volume gradient
-  BlockTridiagonal<3>& chain = *t->chain;
-  const int n = m.shell.element_count();
-  const double p = m.normal_pressure_pa;
+void SubtractVolumeTangent(const std::vector<Vector3>& q, double p, BlockTridiagonal<3>* out) {
+  BlockTridiagonal<3>& chain = *out;
   const double third = kPi / 3.0;
-  const std::vector<Vector3>& q = m.shape;
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i + 1 < static_cast<int>(q.size()); ++i) {
     const double a = q[i](0), b = q[i + 1](0), dz = q[i + 1](1) - q[i](1);
     chain.diagonal[i](0, 0) += p * third * 2.0 * dz;
     chain.diagonal[i + 1](0, 0) += p * third * 2.0 * dz;
@@ -40,9 +36,14 @@ void NormalPressureLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const
     chain.diagonal[i + 1](0, 1) += by_b;
     chain.diagonal[i + 1](1, 0) += by_b;
   }
-  const double two_pi = 2.0 * kPi * p;
-  chain.diagonal[0](1, 0) += two_pi * q.front()(0);
-  chain.diagonal[n](1, 0) -= two_pi * q.back()(0);
+}
+
+void NormalPressureLoad::AddTangent(const ShellMotion& m, ShellTangent* t) const {
+  // derivative of the swept-volume gradient: of the volume's, and of the end planes' share
+  SubtractVolumeTangent(m.shape, m.normal_pressure_pa, t->chain);
+  const double two_pi = 2.0 * kPi * m.normal_pressure_pa;
+  t->chain->diagonal[0](1, 0) += two_pi * m.shape.front()(0);
+  t->chain->diagonal[m.shell.element_count()](1, 0) -= two_pi * m.shape.back()(0);
 }
 
 void NormalPressureLoad::AddPower(const ShellMotion& m, const Vector6&, double* power_w) const {

@@ -51,6 +51,9 @@ struct ShellTangent {
 };
 inline constexpr int kShellLoadBorders = 2;  ///< borders of all loads: `kBorder` below
 
+/// chain -= p d2U/dq2, U the enclosed volume (ShellVolume).
+void SubtractVolumeTangent(const std::vector<Vector3>& shape, double p, BlockTridiagonal<3>* chain);
+
 /// Pressure inside minus outside on the wall; follows it.
 struct NormalPressureLoad {
   int place{-1};  ///< see PowerNames

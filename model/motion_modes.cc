@@ -8,6 +8,7 @@
 #include <numbers>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
 #include "model/newton_matrix.h"
 
@@ -19,7 +20,7 @@ constexpr double kSafety = 10.0;     // between a residual and what it may do to
 constexpr int kFirstSize = 40;       // of the Krylov space; doubled where that is too small
 constexpr int kLargestSize = 320;
 constexpr int kLargestSizeForSign = 160;
-constexpr double kVelocityProbe = 1e-4;  // rad/s and m/s: forces are linear to first order at rest
+constexpr double kVelocityProbe = 1e-4;  // rad/s and m/s
 constexpr double kGrowth = 1e-6;         // of |lambda|: a real part below is round-off
 constexpr double kFreeShift = 0.3;       // of the lowest rate: keeps a free root's matrix regular
 
@@ -98,15 +99,19 @@ class ShiftInverse {
     ApplyMass(plant_, work_, x, out);
     if (!plant_.root_free()) out->head<6>().setZero();
   }
-  // (D - M ad_eta) p
+  // (D - M ad_eta) p. About rest the part of f that is odd in v is D v and what goes with |v| v
+  // (drag, jet); F(e) of a velocity e p and F(e/2) tell them apart: D p = (4 F(e/2) - F(e)) / e.
   void Damping(const VectorX& p, VectorX* out) {
     const double size = p.cwiseAbs().maxCoeff();
     out->setZero();
     if (size == 0.0) return;
-    for (const double sign : {1.0, -1.0}) {
-      moved_.velocity = rest_.velocity + (sign * kVelocityProbe / size) * p;
-      EvaluateForces(plant_, moved_, inputs_, &probe_);
-      *out += (0.5 * sign * size / kVelocityProbe) * probe_.force;
+    const double probe = kVelocityProbe / size;
+    for (const auto& [share, weight] : {std::pair{0.5, 4.0}, std::pair{1.0, -1.0}}) {
+      for (const double sign : {1.0, -1.0}) {
+        moved_.velocity = rest_.velocity + (sign * share * probe) * p;
+        EvaluateForces(plant_, moved_, inputs_, &probe_);
+        *out += (0.5 * sign * weight / probe) * probe_.force;
+      }
     }
     product_ = p;
     for (int a = 0; a < static_cast<int>(plant_.rods.size()); ++a) {

@@ -7,9 +7,10 @@
 namespace mantle::model {
 
 void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& state,
-                               const PlantInputs& inputs, const PlantWork& work, double s,
-                               double chart, About about) {
-  const bool rest = about == About::kRest;
+                               const PlantInputs& inputs, const PlantWork& work,
+                               const Linearisation& at) {
+  const bool rest = at.rest();
+  const double s = at.s, chart = at.chart;
   const Rod& rod = plant.rods[a];
   ArmPart& part = arms_[a];
   BlockTridiagonal<6>& chain = part.chain;
@@ -76,34 +77,35 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
   int first_distributed = 0;
   for (int b = 0; b < a; ++b)
     first_distributed += static_cast<int>(plant.rods[b].distributed.size());
-  for (int i = 0; i <= n; ++i) {
-    Matrix6& d = chain.diagonal[i];
-    const Vector6& eta = twist[i];
-    if (s > 0.0 && i > 0) {
-      const Vector6 m = rod.nodes[i].FullInertia();
+  // Loads and inertia at a place: on its increment zeta.
+  const auto add_place = [&](const RodNode& place, const Pose& g, const Vector6& eta, int node,
+                             bool inertia, Matrix6* form) {
+    Matrix6& d = *form;
+    const Vector6 m = place.FullInertia();
+    if (s > 0.0 && inertia) {
       const Matrix6 ad = SmallAdjoint(eta);
       d.diagonal() += s * s * m;
       d += (chart * s) * (m.asDiagonal() * ad);
       d -= s * (ad.transpose() * m.asDiagonal());
       d -= s * CoadjointMatrix(m.cwiseProduct(eta));
     }
-    const bool loaded = !rod.payloads.empty();
-    const Matrix6 payload = loaded && i > 0 ? PayloadInertia(plant, work, a, i) : Matrix6::Zero();
-    if (loaded && s > 0.0 && i > 0) {
+    const bool loaded = inertia && node >= 0 && !rod.payloads.empty();
+    const Matrix6 payload = loaded ? PayloadInertia(plant, work, a, node) : Matrix6::Zero();
+    if (loaded && s > 0.0) {
       const Matrix6 ad = SmallAdjoint(eta);
       d += s * (s * payload + chart * payload * ad - ad.transpose() * payload -
                 CoadjointMatrix(payload * eta));
     }
-    SectionMotion motion{pose[i].rotation, eta, inputs.water_acceleration_m_s2};
+    SectionMotion motion{g.rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
-      motion.rotation = state.pose[0].rotation * pose[i].rotation;
-      motion.twist += AdjointInverseTimes(pose[i], state.velocity.head<6>());
+      motion.rotation = state.pose[0].rotation * g.rotation;
+      motion.twist += AdjointInverseTimes(g, state.velocity.head<6>());
     }
     LoadTangent lt;
     for (const SectionLoad& load : rod.loads) {
       LoadTangent one;
-      std::visit([&](const auto& l) { l.AddTangent(rod.nodes[i].section, motion, &one); }, load);
-      const double scale = rod.nodes[i].weight_m * FieldScale(load, inputs.gravity_scale);
+      std::visit([&](const auto& l) { l.AddTangent(place.section, motion, &one); }, load);
+      const double scale = place.weight_m * FieldScale(load, inputs.gravity_scale);
       lt.force_by_rotation += scale * one.force_by_rotation;
       lt.moment_by_rotation += scale * one.moment_by_rotation;
       lt.force_by_velocity += scale * one.force_by_velocity;
@@ -111,20 +113,20 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
     for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
       if (rod.distributed[k].load.frame == LoadFrame::kBody) continue;
       LoadTangent one;
-      rod.distributed[k].load.AddTangent(rod.nodes[i].section, motion, &one);
-      const double scale = rod.nodes[i].weight_m * inputs.distributed[first_distributed + k];
+      rod.distributed[k].load.AddTangent(place.section, motion, &one);
+      const double scale = place.weight_m * inputs.distributed[first_distributed + k];
       lt.force_by_rotation += scale * one.force_by_rotation;
       lt.moment_by_rotation += scale * one.moment_by_rotation;
     }
     for (std::size_t k = 0; k < rod.points.size(); ++k) {
-      if (rod.points[k].node != i || rod.points[k].load.frame == LoadFrame::kBody) continue;
+      if (rod.points[k].node != node || rod.points[k].load.frame == LoadFrame::kBody) continue;
       const Vector6 w = WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
                                         LoadFrame::kWorld, motion.rotation);
       lt.moment_by_rotation += Hat(w.head<3>());
       lt.force_by_rotation += Hat(w.tail<3>());
     }
     for (std::size_t k = 0; k < rod.payloads.size(); ++k) {
-      if (rod.payloads[k].node != i) continue;
+      if (rod.payloads[k].node != node) continue;
       const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
       d.leftCols<3>() -=
           attached *
@@ -133,9 +135,8 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
     d.topLeftCorner<3, 3>() -= lt.moment_by_rotation;
     d.bottomLeftCorner<3, 3>() -= lt.force_by_rotation;
     d.bottomRightCorner<3, 3>() -= s * lt.force_by_velocity;
-    if (rest && i > 0 && !eta.isZero(0.0)) {
+    if (rest && inertia && !eta.isZero(0.0)) {
       // d eta has ad_eta zeta besides s zeta: what velocity does to inertia and loads, times it.
-      const Vector6 m = rod.nodes[i].FullInertia();
       const Matrix6 ad = SmallAdjoint(eta);
       Matrix6 by_twist = ad.transpose() * m.asDiagonal();
       by_twist += CoadjointMatrix(m.cwiseProduct(eta));
@@ -143,14 +144,49 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
       if (loaded) by_twist += ad.transpose() * payload + CoadjointMatrix(payload * eta);
       d.noalias() -= by_twist * ad;
     }
-    if (strain_coordinates_) part.strain.nodes[i] = d;
+  };
+  for (int i = 0; i <= n; ++i) {  // the root has the inertia of node 0
+    add_place(rod.nodes[i], pose[i], twist[i], i, i > 0, &chain.diagonal[i]);
   }
+  Vector6 before = kZero;  // acceleration of the element's first node
+  if (!rest && plant.exact()) {
+    before = AdjointInverseTimes(rod.mount, at.acceleration->head<6>());
+  }
+  for (int i = 0; i < n; ++i) {
+    const RodNode& place = rod.middles[i];
+    const RodMiddle& m = work.rod[a][i].middle;
+    const MiddleState& middle = work.middle[a][i];
+    Matrix6 form = Matrix6::Zero();
+    add_place(place, MiddlePose(place, m, pose[i]), middle.twist, -1, true, &form);
+    FormFromAhead(place.ahead_m, &form);
+    MiddleMotion motion{place.FullInertia(), place.ahead_m,           -middle.wrench,
+                        middle.tau_rate,     twist[i + 1] - twist[i], kZero};
+    if (!rest) {
+      const Vector6 after = at.acceleration->segment<6>(plant.ArmVelocity(a, i + 1));
+      motion.residual += motion.inertia.cwiseProduct(MiddleTwist(place, m, before, after));
+      motion.acceleration_change = after - before;
+      before = after;
+    }
+    motion.residual = WrenchFromAhead(place.ahead_m, motion.residual);
+    const MiddleBlocks b = MiddleTangent(m, form, motion, s, chart);
+    chain.diagonal[i] += b.a11;
+    chain.diagonal[i + 1] += b.a22;
+    if (strain_coordinates_) {
+      part.strain.elements[i].a12 = b.a12;
+      part.strain.elements[i].a21 = b.a21;
+    } else {
+      chain.upper[i] += b.a12;
+      chain.lower[i] += b.a21;
+    }
+  }
+  if (strain_coordinates_) part.strain.nodes = chain.diagonal;
 }
 
 void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
-                                 const PlantInputs& inputs, const PlantWork& work, double s,
-                                 About about) {
+                                 const PlantInputs& inputs, const PlantWork& work,
+                                 const Linearisation& at) {
   const Shell& shell = *plant.shell;
+  const double s = at.s;
   const int n = shell.element_count();
   BlockTridiagonal<3>& chain = shell_.chain;
   for (auto& d : chain.diagonal) d.setZero();
@@ -163,6 +199,13 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
     chain.lower[i] = t.a21;
   }
   for (int j = 0; j <= n; ++j) chain.diagonal[j].diagonal() += s * s * shell.nodes[j].inertia;
+  if (at.rest() && plant.exact() && plant.robot.effects.lateral_added_mass) {
+    // The energy 1/2 rho U v^2 of the water around a held mantle in a current
+    // (AddCentrifugalForces; its other terms go with the root's turning).
+    const double pressure =
+        0.5 * plant.water_options.water_density_kg_m3 * state.velocity.segment<2>(3).squaredNorm();
+    SubtractVolumeTangent(state.shape, pressure, &chain);
+  }
 
   Border& b = shell_.border;
   b.column.setZero();
@@ -170,8 +213,8 @@ void NewtonMatrix::AssembleShell(const Plant& plant, const PlantState& state,
   b.base_column.setZero();
   b.base_row.setZero();
   const ShellMotion motion = MantleMotionOf(plant, state, inputs, work);
-  ShellTangent tangent{s,      about == About::kRest, work.volume_gradient, &chain, &b.column,
-                       &b.row, &b.base_column,        &b.base_row};
+  ShellTangent tangent{s,         at.rest(), work.volume_gradient, &chain,
+                       &b.column, &b.row,    &b.base_column,       &b.base_row};
   for (const MantleLoad& load : plant.mantle_loads) {
     std::visit([&](const auto& l) { l.AddTangent(motion, &tangent); }, load);
   }

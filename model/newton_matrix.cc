@@ -153,19 +153,21 @@ bool NewtonMatrix::FactorShell(const Plant&) {
 }
 
 bool NewtonMatrix::Factor(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
-                          const PlantWork& work, double s, double chart) {
-  return FactorAbout(plant, state, inputs, work, s, chart, About::kStep);
+                          const PlantWork& work, const VectorX& acceleration, double s,
+                          double chart) {
+  return FactorAbout(plant, state, inputs, work, {s, chart, &acceleration});
 }
 
 bool NewtonMatrix::FactorAtRest(const Plant& plant, const PlantState& state,
                                 const PlantInputs& inputs, const PlantWork& work, double s) {
-  return FactorAbout(plant, state, inputs, work, s, 1.0, About::kRest);
+  return FactorAbout(plant, state, inputs, work, {s, 1.0, nullptr});
 }
 
 bool NewtonMatrix::FactorAbout(const Plant& plant, const PlantState& state,
-                               const PlantInputs& inputs, const PlantWork& work, double s,
-                               double chart, About about) {
-  strain_coordinates_ = about == About::kRest && !plant.root_free();
+                               const PlantInputs& inputs, const PlantWork& work,
+                               const Linearisation& at) {
+  strain_coordinates_ = at.rest() && !plant.root_free();
+  const double s = at.s, chart = at.chart;
   const Vector6 eta = state.velocity.head<6>();
   root_ = (s * s) * work.root_mass;
   if (s > 0.0) {
@@ -180,11 +182,11 @@ bool NewtonMatrix::FactorAbout(const Plant& plant, const PlantState& state,
                       inputs.gravity_scale)
           .by_rotation;
   for (int a = 0; a < static_cast<int>(arms_.size()); ++a) {
-    AssembleArm(plant, a, state, inputs, work, s, chart, about);
+    AssembleArm(plant, a, state, inputs, work, at);
     if (!FactorArm(plant, a)) return false;
   }
   if (plant.shell) {
-    AssembleShell(plant, state, inputs, work, s, about);
+    AssembleShell(plant, state, inputs, work, at);
     if (!FactorShell(plant)) return false;
   }
   if (!plant.root_free()) return true;

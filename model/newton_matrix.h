@@ -17,21 +17,22 @@ namespace mantle::model {
 /// Each arm is a chain of 6x6 blocks eliminated from its tip, which leaves its Schur complement on
 /// the root; the mantle is a chain of 3x3 blocks that meets the root in the axial direction;
 /// scalars that depend on a whole body (tension of a reeled cable, jet thrust, mantle drag) are
-/// extra unknowns of their body. K and D are analytic and complete in statics, but for how the
-/// lateral added mass of a mantle in a current changes with its shape. In steps a few terms that
-/// are not stiff are left out: what couples bodies through the root's motion alone
-/// (centrifugal forces, lateral drag), how damping tension, jet and drag change with the shape, and
-/// the chart's own terms inside elements. One correction then leaves 1e-3 to 1e-2 of the error on a
-/// swimming robot (tests/model/newton_matrix_test.cc measures it).
+/// extra unknowns of their body. K and D are analytic and complete about rest with a held root. In
+/// steps a few terms that are not stiff are left out: squares of rates beside s^2 (of the mass
+/// inside an arm's elements, and of the chart), what couples bodies through the root's motion alone
+/// (centrifugal forces, lateral drag), and how damping tension, jet and drag change with the shape.
+/// One correction then leaves 1e-3 to 1e-2 of the error on a swimming robot
+/// (tests/model/newton_matrix_test.cc measures it).
 class NewtonMatrix {
  public:
   explicit NewtonMatrix(const Plant& plant);
 
-  /// Assembles at the state of the last EvaluateForces (which filled `work`) and factors. `chart`
-  /// is the coefficient of ad_eta in d eta = (s + chart ad_eta) zeta: 1/2 for increments in a chart
-  /// centred at the step's start. Returns false if a pivot is singular.
+  /// Assembles at the state of the last EvaluateForces (which filled `work`) and the acceleration
+  /// v_dot there, and factors. `chart` is the coefficient of ad_eta in d eta = (s + chart ad_eta)
+  /// zeta, d v_dot = s d eta: 1/2 for increments in a chart centred at the step's start. Returns
+  /// false if a pivot is singular.
   bool Factor(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
-              const PlantWork& work, double s, double chart);
+              const PlantWork& work, const VectorX& acceleration, double s, double chart);
 
   /// The complete matrix about a state that rests in the earth: motions zeta exp(s t) about it have
   /// d eta = (s + ad_eta) zeta, where eta is what the frame that drifts with a current sees of a
@@ -78,8 +79,12 @@ class NewtonMatrix {
 
     bool FactorSchur();  // schur <- I - row^T solved; schur_inverse, scaled = schur_inverse t
   };
-  /// What is linearised: a stage of a step, or the motion about a state of rest.
-  enum class About { kStep, kRest };
+  /// What is linearised.
+  struct Linearisation {
+    double s, chart;
+    const VectorX* acceleration;  // of a stage of a step; null about a state of rest
+    bool rest() const { return acceleration == nullptr; }
+  };
 
   struct ArmPart {
     BlockTridiagonal<6> chain;
@@ -100,13 +105,13 @@ class NewtonMatrix {
   };
 
   void AssembleArm(const Plant& plant, int a, const PlantState& state, const PlantInputs& inputs,
-                   const PlantWork& work, double s, double chart, About about);
+                   const PlantWork& work, const Linearisation& at);
   bool FactorArm(const Plant& plant, int a);
   void AssembleShell(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
-                     const PlantWork& work, double s, About about);
+                     const PlantWork& work, const Linearisation& at);
   bool FactorShell(const Plant& plant);
   bool FactorAbout(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
-                   const PlantWork& work, double s, double chart, About about);
+                   const PlantWork& work, const Linearisation& at);
 
   bool FactorStrains(ArmPart* part);
   void SolveStrains(const Plant& plant, int a, VectorX* x);

@@ -34,6 +34,11 @@ SolidMotion SolidMotionInWater(const Plant& plant, const PlantState& state, cons
       add(plant.rods[a].nodes[i].inertia(5), g.position,
           g.rotation * AbsoluteTwist(plant, state, a, i).tail<3>());
     }
+    for (int i = 0; i < plant.rods[a].element_count(); ++i) {
+      const PlaceMotion m = AbsoluteMiddle(plant, state, a, i);
+      add(plant.rods[a].middles[i].inertia(5), m.pose.position,
+          m.pose.rotation * m.twist.tail<3>());
+    }
     for (std::size_t k = 0; k < plant.rods[a].payloads.size(); ++k) {
       const RodPayload& p = plant.rods[a].payloads[k];
       const double attached = work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
@@ -75,6 +80,11 @@ Vector6 EvaluateMomentum(const Plant& plant, const PlantState& state, const Plan
       total += AdjointInverseTransposeTimes(AbsolutePose(plant, state, a, i),
                                             plant.rods[a].nodes[i].FullInertia().cwiseProduct(eta));
     }
+    for (int i = 0; i < plant.rods[a].element_count(); ++i) {
+      const PlaceMotion m = AbsoluteMiddle(plant, state, a, i);
+      total += AdjointInverseTransposeTimes(
+          m.pose, plant.rods[a].middles[i].FullInertia().cwiseProduct(m.twist));
+    }
     for (const RodPayload& p : plant.rods[a].payloads) {
       if (p.node == 0) continue;  // in root_mass
       const double attached = work.payloads[plant.PayloadIndex(
@@ -102,11 +112,16 @@ double LockedPower(const Plant& plant, const PlantState& state, const PlantWork&
   const Vector6 eta = state.velocity.head<6>();
   double power = eta.dot(work.root_mass * root_acceleration);
   if (!plant.exact()) return power;  // the locked inertia already
+  const auto add = [&](const RodNode& place, const Pose& h) {
+    power += AdjointInverseTimes(h, eta).dot(
+        place.FullInertia().cwiseProduct(AdjointInverseTimes(h, root_acceleration)));
+  };
   for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
-    for (int i = 1; i <= plant.rods[a].element_count(); ++i) {
-      const Pose h = FromRoot(plant, state, a, i);
-      power += AdjointInverseTimes(h, eta).dot(plant.rods[a].nodes[i].FullInertia().cwiseProduct(
-          AdjointInverseTimes(h, root_acceleration)));
+    const Rod& rod = plant.rods[a];
+    for (int i = 0; i < rod.element_count(); ++i) {
+      add(rod.middles[i],
+          MiddlePose(rod.middles[i], work.rod[a][i].middle, FromRoot(plant, state, a, i)));
+      add(rod.nodes[i + 1], FromRoot(plant, state, a, i + 1));
     }
     for (const RodPayload& p : plant.rods[a].payloads) {
       if (p.node == 0) continue;

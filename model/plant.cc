@@ -108,6 +108,7 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
     for (const Rod& rod : rods) {
       double mass = 0;
       for (const RodNode& n : rod.nodes) mass += n.inertia(5);
+      for (const RodNode& n : rod.middles) mass += n.inertia(5);
       if (!(mass > 0))
         throw BadRobot("arms." + rod.name + ": density = 0 on a free root, must be > 0");
     }
@@ -251,27 +252,11 @@ EvaluationFailure CrossRootKink(const Plant& plant, PlantInputs* inputs, PlantWo
   const Vector6 acceleration = inputs->root_acceleration;
   inputs->root_acceleration = jump;
   work->force.setZero();
-  SolveAcceleration(plant, *inputs, *work, &work->flat);
+  SolveAcceleration(plant, *inputs, work, &work->flat);
   inputs->root_acceleration = acceleration;
   state->velocity += work->flat;
   ImposeRoot(plant, *inputs, state);
   return EvaluateForces(plant, *state, *inputs, work);
-}
-
-ValueAndBound PrintBeyond(double value, double bound) {
-  ValueAndBound text;
-  for (int digits = 6; digits <= 17 && text.value == text.bound; ++digits) {
-    text.value = fmt::format("{:.{}g}", value, digits);
-    text.bound = fmt::format("{:.{}g}", bound, digits);
-  }
-  return text;
-}
-
-std::string EvaluationFailure::Message() const {
-  const std::string place = node < 0 ? body : fmt::format("{}: {} {}", body, part, node);
-  const ValueAndBound text = PrintBeyond(value, bound);
-  return fmt::format("{}: {}: {}, bound {}{}{}", place, cause, text.value, text.bound,
-                     advice == nullptr ? "" : "; ", advice == nullptr ? "" : advice);
 }
 
 PlantWork::PlantWork(const Plant& plant)
@@ -286,8 +271,10 @@ PlantWork::PlantWork(const Plant& plant)
       flat(VectorX::Zero(plant.velocity_size())) {
   for (const Rod& r : plant.rods) {
     twist.emplace_back(r.nodes.size(), Vector6::Zero());
-    load_pose.emplace_back(plant.exact() ? 0 : r.nodes.size());
     rod.emplace_back(r.elements.size());
+    middle.emplace_back(r.elements.size());
+    mass.emplace_back(static_cast<int>(r.nodes.size()));
+    mass_rhs.push_back(VectorX::Zero(6 * static_cast<int>(r.nodes.size())));
     muscles.emplace_back(r.muscles.empty() ? 0 : r.elements.size(), Vector3::Zero());
     payloads.insert(payloads.end(), r.payloads.size(), 1.0);
   }
@@ -330,6 +317,14 @@ Vector6 AbsoluteTwist(const Plant& plant, const PlantState& state, int arm, int 
   const Vector6 v = state.velocity.segment<6>(plant.ArmVelocity(arm, node));
   if (plant.exact()) return v;
   return v + AdjointInverseTimes(state.pose[plant.ArmPose(arm, node)], root);
+}
+
+PlaceMotion AbsoluteMiddle(const Plant& plant, const PlantState& state, int arm, int element) {
+  const RodNode& place = plant.rods[arm].middles[element];
+  const Pose g1 = AbsolutePose(plant, state, arm, element);
+  const RodMiddle m = MiddleOf(Inverse(g1) * AbsolutePose(plant, state, arm, element + 1));
+  return {MiddlePose(place, m, g1), MiddleTwist(place, m, AbsoluteTwist(plant, state, arm, element),
+                                                AbsoluteTwist(plant, state, arm, element + 1))};
 }
 
 }  // namespace mantle::model

@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "model/block_tridiagonal.h"
+#include "model/failure.h"
 #include "model/inputs.h"
 #include "model/mantle_inertia.h"
 #include "model/mantle_loads.h"
@@ -43,8 +45,9 @@ class Plant {
   std::vector<Rod> rods;                   ///< of the robot's arms
   std::optional<Shell> shell;              ///< of its mantle
   MantleWaterOptions water_options;        ///< of the mantle, from the effects
-  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone, about the root's origin
-  Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact
+  Matrix6 rigid_inertia{Matrix6::Zero()};  ///< rigid body alone
+  Matrix6 root_inertia{Matrix6::Zero()};   ///< with node 0 of every arm where coupling is exact,
+                                           ///< not with what the first elements carry
   std::vector<RootLoad> root_loads;
   std::vector<MantleLoad> mantle_loads;
   PowerNames power_names;    ///< of every load, cable and constraint; what is not named is not here
@@ -102,25 +105,13 @@ double NextBreakpoint(const Plant& plant, double t_s);
 /// Clamped or prescribed root: sets pose and twist of the root (and of every node 0).
 void ImposeRoot(const Plant& plant, const PlantInputs& inputs, PlantState* state);
 
-/// A value and the bound it is beyond as text, with the digits it takes to tell them apart (six, or
-/// as many as differ): a value just beyond 2.8 must not read as 2.8.
-struct ValueAndBound {
-  std::string value, bound;
-};
-ValueAndBound PrintBeyond(double value, double bound);
-
-/// Why a state could not be evaluated: body, node or element, cause, and what to do about it. All
-/// text has static life, or the plant's.
-struct EvaluationFailure {
-  const char* body{nullptr};    ///< name of the arm or mantle
-  int node{-1};                 ///< or element; -1: the whole body
-  const char* cause{nullptr};   ///< null: the state could be evaluated
-  double value{0}, bound{0};    ///< unit as in `cause`
-  const char* part{"node"};     ///< what `node` counts
-  const char* advice{nullptr};  ///< what to do about it, or null
-
-  explicit operator bool() const { return cause != nullptr; }
-  std::string Message() const;
+/// Motion of the mass inside an element (model/rod_middle.h) at its place.
+struct MiddleState {
+  Vector6 twist{Vector6::Zero()};     ///< eta
+  Vector6 tau_rate{Vector6::Zero()};  ///< tau_dot of the frame
+  Vector6 bias{Vector6::Zero()};      ///< of the twist's rate, what the nodes' rates do not make
+  /// Loads and inertial forces but for those of the nodes' accelerations.
+  Vector6 wrench{Vector6::Zero()};
 };
 
 /// Everything that one evaluation computes; allocated once by the constructor.
@@ -129,8 +120,8 @@ struct PlantWork {
 
   VectorX force;                                  ///< f(q, v, t)
   std::vector<std::vector<Vector6>> twist;        ///< per arm and node, the twist loads see
-  std::vector<std::vector<Pose>> load_pose;       ///< frozen coupling only: absolute poses
   std::vector<std::vector<RodElementState>> rod;  ///< per arm and element
+  std::vector<std::vector<MiddleState>> middle;   ///< per arm and element, its twist as `twist`
   std::vector<std::vector<Vector3>> muscles;      ///< moment of the muscles per element; or none
   std::vector<double> payloads;                   ///< as the inputs' of the last EvaluateForces
   std::vector<ShellElementState> shell;           ///< per element of the mantle
@@ -142,9 +133,10 @@ struct PlantWork {
   double volume_m3{0}, volume_rate_m3_s{0}, flux_m3_s{0}, thrust_n{0};  ///< U, U_dot; Q, T
   double radial_flux_m3_s{0};  ///< part of the volume's rate that radial velocity makes
   double mean_axial_speed_m_s{0}, mantle_drag_n{0}, max_radius_m{0};  ///< of AxialDragLoad
-  Vector6 root_twist_in_arm{Vector6::Zero()};
   std::vector<Vector3> scratch, gradient_scratch;  ///< one per node of the mantle
   VectorX flat;                                    ///< scratch, laid out as v
+  std::vector<BlockTridiagonal<6>> mass;           ///< of SolveAcceleration, per arm
+  std::vector<VectorX> mass_rhs;
 };
 
 /// Fills `work`. No allocation.
@@ -155,9 +147,9 @@ EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
 void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, VectorX* out);
 
 /// a = M(q)^-1 f; held coordinates get zero, a clamped root zero, a prescribed root its
-/// acceleration.
-void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
-                       VectorX* a);
+/// acceleration. O(N), no allocation: an arm's mass couples neighbouring nodes, and is eliminated
+/// from the tip in `work`.
+void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, PlantWork* work, VectorX* a);
 
 /// What loads on the mantle read of a state that EvaluateForces has filled `work` for.
 ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const PlantInputs& inputs,
@@ -165,10 +157,9 @@ ShellMotion MantleMotionOf(const Plant& plant, const PlantState& state, const Pl
 
 /// At a break point of a prescribed root: the root takes its twist's limit from the right, and the
 /// bodies the velocities that the support's impulse gives them, M(q) dv = 0 in every row but the
-/// root's (arms keep their nodes' absolute velocities; the mantle, whose z is relative to the root,
-/// its absolute axial one). Poses do not change. `inputs` receives the limits from the right,
-/// `work` the evaluation after the impulse. Does nothing to a root that is free or has no kink
-/// there.
+/// root's (the mantle, whose z is relative to the root, keeps its absolute axial velocity). Poses
+/// do not change. `inputs` receives the limits from the right, `work` the evaluation after the
+/// impulse. Does nothing to a root that is free or has no kink there.
 EvaluationFailure CrossRootKink(const Plant& plant, PlantInputs* inputs, PlantWork* work,
                                 PlantState* state);
 
@@ -178,5 +169,11 @@ Matrix6 PayloadInertia(const Plant& plant, const PlantWork& work, int arm, int n
 /// Absolute pose and twist of a node, whatever the coupling.
 Pose AbsolutePose(const Plant& plant, const PlantState& state, int arm, int node);
 Vector6 AbsoluteTwist(const Plant& plant, const PlantState& state, int arm, int node);
+/// Those of the mass inside an element.
+struct PlaceMotion {
+  Pose pose;
+  Vector6 twist;
+};
+PlaceMotion AbsoluteMiddle(const Plant& plant, const PlantState& state, int arm, int element);
 
 }  // namespace mantle::model

@@ -31,6 +31,14 @@ EvaluationFailure EvaluateRod(const Plant& plant, int a, const PlantState& state
               elements[i].d(3) / rod.elements[i].length, 0.0};
     }
   }
+  for (int i = 0; i < n; ++i) {
+    const RodMiddle& m = elements[i].middle;
+    MiddleState& at = work->middle[a][i];
+    at.tau_rate = MiddleTauRate(m, twist[i], twist[i + 1]);
+    const Vector6 bias = 0.5 * SmallAdjointTimes(at.tau_rate, twist[i + 1] - twist[i]);
+    at.bias = TwistAhead(rod.middles[i].ahead_m, bias);
+    at.twist = MiddleTwist(rod.middles[i], m, twist[i], twist[i + 1]);
+  }
   for (std::size_t c = 0; c < rod.cables.size(); ++c) {
     const int index = plant.ArmCableIndex(a, static_cast<int>(c));
     double length = 0, rate = 0;
@@ -62,15 +70,30 @@ double AttachedOf(const Plant& plant, int a, const RodPayload& p, const PlantWor
   return work.payloads[plant.PayloadIndex(a, static_cast<int>(k))];
 }
 
-// Loads per unit length at a node, times its share of length; `twist` relative to the water.
-Vector6 NodeLoads(const Rod& rod, int node, const SectionMotion& motion, double gravity_scale) {
-  const RodNode& at = rod.nodes[node];
-  Vector6 w = Vector6::Zero();
+// On a place of an arm: loads from outside, the wrenches of actuators, and of these the internal
+// ones, whose reaction the root carries.
+struct PlaceLoads {
+  Vector6 external{Vector6::Zero()}, actuation{Vector6::Zero()}, internal{Vector6::Zero()};
+};
+
+// Loads per unit length times the place's share of length.
+PlaceLoads EvaluateLoads(const Rod& rod, const RodNode& at, const SectionMotion& motion,
+                         const PlantInputs& inputs, int first_distributed) {
+  PlaceLoads out;
   for (const SectionLoad& load : rod.loads) {
-    const double scale = at.weight_m * FieldScale(load, gravity_scale);
-    w += scale * std::visit([&](const auto& l) { return l.Density(at.section, motion); }, load);
+    const double scale = at.weight_m * FieldScale(load, inputs.gravity_scale);
+    out.external +=
+        scale * std::visit([&](const auto& l) { return l.Density(at.section, motion); }, load);
   }
-  return w;
+  for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
+    const double amplitude = inputs.distributed[first_distributed + k];
+    if (amplitude == 0.0) continue;
+    const Vector6 w =
+        (at.weight_m * amplitude) * rod.distributed[k].load.Density(at.section, motion);
+    out.actuation += w;
+    if (IsInternal(rod.distributed[k].load)) out.internal += w;
+  }
+  return out;
 }
 
 void AddRodForces(const Plant& plant, int a, const PlantState& state, const PlantInputs& inputs,
@@ -114,45 +137,62 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
   }
 
   Vector6 root_loads = Vector6::Zero();  // frozen coupling: external loads, about the root
-  for (int i = 0; i <= n; ++i) {
-    SectionMotion motion{pose[i].rotation, twist[i], inputs.water_acceleration_m_s2};
+  const auto loads_on = [&](const RodNode& place, const Pose& g, const Vector6& eta,
+                            SectionMotion* motion) {
+    *motion = {g.rotation, eta, inputs.water_acceleration_m_s2};
     if (!plant.exact()) {
-      motion.rotation = state.pose[0].rotation * pose[i].rotation;
-      motion.twist += AdjointInverseTimes(pose[i], root_twist);
+      motion->rotation = state.pose[0].rotation * g.rotation;
+      motion->twist += AdjointInverseTimes(g, root_twist);
     }
-    Vector6 external = Vector6::Zero();
-    if (!rod.loads.empty()) external = NodeLoads(rod, i, motion, inputs.gravity_scale);
+    const PlaceLoads loads = EvaluateLoads(rod, place, *motion, inputs, first_distributed);
+    if (plant.exact() && !loads.internal.isZero(0.0)) {  // its reaction, on the root
+      work->force.head<6>() -=
+          AdjointInverseTransposeTimes(Inverse(state.pose[0]) * g, loads.internal);
+    }
+    return loads;
+  };
+  SectionMotion motion;
+  for (int i = 0; i <= n; ++i) {
+    PlaceLoads loads = loads_on(rod.nodes[i], pose[i], twist[i], &motion);
     for (std::size_t k = 0; k < rod.points.size(); ++k) {
       if (rod.points[k].node != i) continue;
-      external += WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
-                                  rod.points[k].load.frame, motion.rotation);
+      loads.external += WrenchInSection(inputs.points[first_point + k] * rod.points[k].load.wrench,
+                                        rod.points[k].load.frame, motion.rotation);
     }
     for (const RodPayload& p : rod.payloads) {
       if (p.node != i) continue;
       const double attached = AttachedOf(plant, a, p, *work);
-      AddRootWrenches(p.loads, motion, inputs.gravity_scale, attached, &external);
-    }
-    Vector6 actuation = Vector6::Zero(), internal = Vector6::Zero();
-    for (std::size_t k = 0; k < rod.distributed.size(); ++k) {
-      const double amplitude = inputs.distributed[first_distributed + k];
-      if (amplitude == 0.0) continue;
-      const Vector6 w = (rod.nodes[i].weight_m * amplitude) *
-                        rod.distributed[k].load.Density(rod.nodes[i].section, motion);
-      actuation += w;
-      if (IsInternal(rod.distributed[k].load)) internal += w;
-    }
-    if (plant.exact() && !internal.isZero(0.0)) {  // its reaction, on the root
-      work->force.head<6>() -=
-          AdjointInverseTransposeTimes(Inverse(state.pose[0]) * pose[i], internal);
+      AddRootWrenches(p.loads, motion, inputs.gravity_scale, attached, &loads.external);
     }
     if (i > 0) {
-      at(i) += external + actuation;
+      at(i) += loads.external + loads.actuation;
     } else {
-      base += external + actuation;
+      base += loads.external + loads.actuation;
     }
     if (!plant.exact()) {
-      external += actuation - internal;
-      root_loads += AdjointInverseTransposeTimes(pose[i], external);
+      root_loads +=
+          AdjointInverseTransposeTimes(pose[i], loads.external + loads.actuation - loads.internal);
+    }
+  }
+  for (int i = 0; i < n; ++i) {
+    const RodNode& place = rod.middles[i];
+    MiddleState& middle = work->middle[a][i];
+    const Pose g = MiddlePose(place, elements[i].middle, pose[i]);
+    const PlaceLoads loads = loads_on(place, g, middle.twist, &motion);
+    const Vector6 inertia = place.FullInertia();
+    middle.wrench = loads.external + loads.actuation - inertia.cwiseProduct(middle.bias) +
+                    CoadjointTimes(middle.twist, inertia.cwiseProduct(middle.twist));
+    Vector6 f1 = Vector6::Zero(), f2 = Vector6::Zero();
+    AddMiddleWrench(place, elements[i].middle, middle.wrench, &f1, &f2);
+    if (i == 0) {
+      base += f1;
+    } else {
+      at(i) += f1;
+    }
+    at(i + 1) += f2;
+    if (!plant.exact()) {
+      root_loads +=
+          AdjointInverseTransposeTimes(g, loads.external + loads.actuation - loads.internal);
     }
   }
   work->force.head<6>() +=
@@ -258,11 +298,16 @@ void AddRootForces(const Plant& plant, const PlantState& state, const PlantInput
   }
   if (plant.shell) AddMantleInertia(work->mantle_inertia, false, &work->root_mass);
   if (!plant.exact()) {
-    for (std::size_t a = 0; a < plant.rods.size(); ++a) {
-      for (std::size_t i = 0; i < plant.rods[a].nodes.size(); ++i) {
-        const Matrix6 ad =
-            Adjoint(Inverse(state.pose[plant.ArmPose(static_cast<int>(a), static_cast<int>(i))]));
-        work->root_mass += ad.transpose() * plant.rods[a].nodes[i].FullInertia().asDiagonal() * ad;
+    const auto lock = [&](const RodNode& place, const Pose& g) {
+      const Matrix6 ad = Adjoint(Inverse(g));
+      work->root_mass += ad.transpose() * place.FullInertia().asDiagonal() * ad;
+    };
+    for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
+      const Rod& rod = plant.rods[a];
+      const Pose* pose = &state.pose[plant.ArmPose(a, 0)];
+      for (int i = 0; i <= rod.element_count(); ++i) lock(rod.nodes[i], pose[i]);
+      for (int i = 0; i < rod.element_count(); ++i) {
+        lock(rod.middles[i], MiddlePose(rod.middles[i], work->rod[a][i].middle, pose[i]));
       }
     }
   }
@@ -306,79 +351,6 @@ EvaluationFailure EvaluateForces(const Plant& plant, const PlantState& state,
             work->force.cwiseAbs().maxCoeff(), 0.0};
   }
   return {};
-}
-
-void ApplyMass(const Plant& plant, const PlantWork& work, const VectorX& a, VectorX* out) {
-  const Vector6 root = a.head<6>();
-  out->head<6>().noalias() = work.root_mass * root;
-  for (int k = 0; k < static_cast<int>(plant.rods.size()); ++k) {
-    const Rod& rod = plant.rods[k];
-    for (int i = 1; i <= rod.element_count(); ++i) {
-      const int at = plant.ArmVelocity(k, i);
-      out->segment<6>(at) = rod.nodes[i].FullInertia().cwiseProduct(a.segment<6>(at));
-    }
-    for (std::size_t p = 0; p < rod.payloads.size(); ++p) {
-      if (rod.payloads[p].node == 0) continue;
-      const int at = plant.ArmVelocity(k, rod.payloads[p].node);
-      out->segment<6>(at) += work.payloads[plant.PayloadIndex(k, static_cast<int>(p))] *
-                             (rod.payloads[p].inertia * a.segment<6>(at));
-    }
-  }
-  if (!plant.shell) return;
-  const double axial = plant.exact() ? root(5) : 0.0;
-  double sum = 0;
-  for (int j = 0; j < plant.shell->node_count(); ++j) {
-    const ShellNode& node = plant.shell->nodes[j];
-    const int at = plant.ShellVelocity(j);
-    const Vector3 free = Vector3::Ones() - node.held;
-    Vector3 total = a.segment<3>(at);
-    sum += free(1) * node.inertia(1) * total(1);
-    total(1) += axial;
-    out->segment<3>(at) = node.inertia.cwiseProduct(total).cwiseProduct(free);
-  }
-  if (plant.exact()) (*out)(5) += sum;
-}
-
-void SolveAcceleration(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
-                       VectorX* a) {
-  Vector6 rhs = work.force.head<6>();
-  Matrix6 schur = work.root_mass;
-  const bool coupled = plant.shell && plant.exact();
-  if (coupled) {
-    for (int j = 0; j < plant.shell->node_count(); ++j) {
-      const ShellNode& node = plant.shell->nodes[j];
-      if (node.held(1) != 0.0) continue;
-      schur(5, 5) -= node.inertia(1);
-      rhs(5) -= work.force(plant.ShellVelocity(j) + 1);
-    }
-  }
-  if (plant.root_free()) {
-    a->head<6>() = schur.ldlt().solve(rhs);
-  } else {
-    a->head<6>() = inputs.root_acceleration;
-  }
-  for (int k = 0; k < static_cast<int>(plant.rods.size()); ++k) {
-    const Rod& rod = plant.rods[k];
-    for (int i = 1; i <= rod.element_count(); ++i) {
-      const int at = plant.ArmVelocity(k, i);
-      a->segment<6>(at) = work.force.segment<6>(at).cwiseQuotient(rod.nodes[i].FullInertia());
-    }
-    for (const RodPayload& p : rod.payloads) {
-      if (p.node == 0) continue;
-      const int at = plant.ArmVelocity(k, p.node);
-      Matrix6 inertia = PayloadInertia(plant, work, k, p.node);
-      inertia.diagonal() += rod.nodes[p.node].FullInertia();
-      a->segment<6>(at) = inertia.ldlt().solve(Vector6(work.force.segment<6>(at)));
-    }
-  }
-  if (!plant.shell) return;
-  for (int j = 0; j < plant.shell->node_count(); ++j) {
-    const ShellNode& node = plant.shell->nodes[j];
-    const int at = plant.ShellVelocity(j);
-    Vector3 x = work.force.segment<3>(at).cwiseQuotient(node.inertia);
-    if (coupled) x(1) -= (*a)(5);
-    a->segment<3>(at) = x.cwiseProduct(Vector3::Ones() - node.held);
-  }
 }
 
 }  // namespace mantle::model

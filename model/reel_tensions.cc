@@ -10,6 +10,8 @@ namespace {
 // What may be left of a tension, of the largest that the run has seen: increments that are small
 // enough by themselves are not where the reel is stiff.
 constexpr double kTensionShare = 1e-3;
+// A cable's length changes by no more than this times the poses.
+constexpr double kMargin = 2.0;
 
 // A taut cable's tension is never zero, which would be a slack one to the matrix.
 double NotSlack(double tension_n, bool taut) {
@@ -88,7 +90,7 @@ bool ReelTensions::Switch(const PlantWork& work) {
   return changed;
 }
 
-bool ReelTensions::Correct(double left) {
+bool ReelTensions::Correct(double left, double left_m, double s) {
   bool converged = true;
   for (std::size_t c = 0; c < reels_.size(); ++c) {
     Reel& reel = reels_[c];
@@ -96,7 +98,8 @@ bool ReelTensions::Correct(double left) {
     const double correction_n = residual_(static_cast<Eigen::Index>(c));
     reel.tension_n -= correction_n;
     const double negligible_n = kTensionShare * std::max(reel.peak_n, std::abs(reel.tension_n));
-    converged = converged &&
+    const double stiffness_n_m = law_[c].stiffness_n_m + s * law_[c].damping_n_s_m;
+    converged = converged && kMargin * stiffness_n_m * left_m <= negligible_n &&
                 left * std::max(std::abs(correction_n), reel.lacking_n) <= negligible_n &&
                 reel.tension_n >= -negligible_n;
   }
@@ -104,7 +107,6 @@ bool ReelTensions::Correct(double left) {
 }
 
 bool ReelTensions::MaySwitch(const PlantWork& work, double s, double size_m) const {
-  constexpr double kMargin = 2.0;  // a cable's length changes by no more than this times the poses
   for (std::size_t c = 0; c < reels_.size(); ++c) {
     const CableInput& in = law_[c];
     if (!in.reeled || reels_[c].taut) continue;

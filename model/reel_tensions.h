@@ -37,8 +37,9 @@ class ReelTensions {
   /// Receives du of NewtonMatrix::Solve.
   VectorX* residual() { return &residual_; }
   bool residual_vanishes() const { return residual_.isZero(0.0); }
-  /// u <- u - du. Whether all have converged, what is left of a correction being `left` times it.
-  bool Correct(double left);
+  /// u <- u - du. Whether all have converged, what is left of a correction being `left` times it,
+  /// and of the poses `left_m`: T at those must not differ from u by more than is negligible.
+  bool Correct(double left, double left_m, double s);
   /// Whether an increment of this size [m] may make a slack cable taut; s = 1 / (gamma h).
   bool MaySwitch(const PlantWork& work, double s, double size_m) const;
 

@@ -19,10 +19,11 @@ struct BadRobot : std::invalid_argument {
 /// A node of an arm with the mass that is lumped on it; or, from ArmSection, a section with its
 /// share of the arm's length.
 struct RodNode {
-  double weight_m{0};                ///< integral of the node's shape function
+  double weight_m{0};                ///< integral of the place's L_k
   SectionGeometry section;           ///< means with that weight
   Vector6 inertia{Vector6::Zero()};  ///< diagonal, solid [kg m^2, kg]
   double added_mass_kg{0};           ///< in the two lateral directions; zero without the effect
+  double ahead_m{0};                 ///< of the frame that carries it, along e1
 
   /// Diagonal of solid and added inertia together.
   Vector6 FullInertia() const {
@@ -85,18 +86,29 @@ struct RodMuscle {
   int power_place{-1};
 };
 
-/// An arm discretised: N elements of constant strain between N + 1 nodes, node 0 at the base.
-/// Section quantities are integrated exactly over each element, so taper costs no accuracy beyond
-/// the mesh's order.
+/// An arm discretised: N elements of constant strain between N+1 nodes. Node 0 is the base. Mass
+/// and loads sit at nodes and at one place inside each element, which the frame half-way along it
+/// carries (model/rod_middle.h): the Gauss-Lobatto rule with the mass per length as its weight,
+///
+///   s* = int m s^2 (1 - s) ds / int m s (1 - s) ds,   m_k = int m L_k ds,   L_k Lagrange's
+///   polynomials on (0, s*, 1),
+///
+/// positive for any m and exact to degree 3 (W. Gautschi, Orthogonal Polynomials, 2004, 3.1.1.3):
+/// mass, its first and its second moment are those of the solid, so that rigid motion is exact with
+/// any number of elements. Uniform mass gives Simpson's 1/6, 4/6, 1/6, and with the bending of
+/// model/rod_element.h frequencies of fourth order. The sections' own rotary inertia is 2/3 at the
+/// nodes (linear) and 1/3 inside, which makes torsional waves fourth order. Added mass and loads
+/// use the same L_k: weight and buoyancy are proportional to the mass they act on, and nothing
+/// falls askew.
 struct Rod {
   std::string name;
-  Pose mount;                        ///< base frame in the root frame
-  std::vector<double> x_m;           ///< arc length of nodes
-  std::vector<RodElement> elements;  ///< N, from the base
-  std::vector<RodNode> nodes;        ///< N + 1
-  std::vector<Pose> reference;       ///< nodal poses at rest, in the base frame
-  std::vector<SectionLoad> loads;    ///< of the effects, on every node
-  /// A distributed wrench, with the schedule by which it is scaled.
+  Pose mount;                           ///< base frame in the root frame
+  std::vector<double> x_m;              ///< arc length of nodes
+  std::vector<RodElement> elements;     ///< N, from the base
+  std::vector<RodNode> nodes, middles;  ///< at nodes, and inside elements
+  std::vector<Pose> reference;          ///< nodal poses at rest, in the base frame
+  std::vector<SectionLoad> loads;       ///< of the effects, on every node
+  /// A distributed wrench of the scene.
   struct Distributed {
     std::string name;
     DistributedLoad load;
@@ -113,6 +125,22 @@ struct Rod {
 
   int element_count() const { return static_cast<int>(elements.size()); }
 };
+
+/// Place of the mass inside an element whose nodes have the poses g1 and g2, with its section's
+/// orientation; and its twist (or rate of the twist, less MiddleBias) from those of the nodes.
+inline Pose MiddlePose(const RodNode& middle, const RodMiddle& m, const Pose& g1) {
+  Pose g = g1 * m.half;
+  g.position += g.rotation * Vector3(middle.ahead_m, 0, 0);
+  return g;
+}
+inline Vector6 MiddleTwist(const RodNode& middle, const RodMiddle& m, const Vector6& eta1,
+                           const Vector6& eta2) {
+  return TwistAhead(middle.ahead_m, MiddleTwist(m, eta1, eta2));
+}
+inline void AddMiddleWrench(const RodNode& middle, const RodMiddle& m, const Vector6& w,
+                            Vector6* f1, Vector6* f2) {
+  AddMiddleWrench(m, WrenchFromAhead(middle.ahead_m, w), f1, f2);
+}
 
 /// What coupled strains and muscles add to RodStress of element `i`; `muscles` holds one moment per
 /// element, or none.

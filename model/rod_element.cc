@@ -24,6 +24,21 @@ void Times(const Matrix6& c, const TangentBlocks& j, Matrix6* y) {
 
 }  // namespace
 
+void AddResidualBending(RodElement* e) {
+  for (int k : {0, 1}) {
+    const int shear = 4 + k, bending = 2 - k;  // y with the turn about z, z with that about y
+    const double section = e->stiffness(shear),
+                 residual = 12.0 * e->stiffness(bending) / (e->length * e->length);
+    if (!(section > 0.0) || !(residual > 0.0)) continue;
+    const double both = 1.0 / (1.0 / section + 1.0 / residual);
+    const double share = both / section, rest = both / residual;
+    e->viscosity(shear) = share * share * e->viscosity(shear) +
+                          rest * rest * 12.0 * e->viscosity(bending) / (e->length * e->length);
+    e->stiffness(shear) = both;
+    e->shear_share(k) = share;
+  }
+}
+
 bool EvaluateRodElement(const Pose& g1, const Pose& g2, const Vector6& eta1, const Vector6& eta2,
                         RodElementState* state) {
   const Eigen::Quaterniond inverse = g1.rotation.conjugate();
@@ -32,6 +47,7 @@ bool EvaluateRodElement(const Pose& g1, const Pose& g2, const Vector6& eta1, con
   h.position = inverse * (g2.position - g1.position);
   state->even = EvenTangentInverse(h, &state->d);
   if (!(state->d.head<3>().squaredNorm() < kMaxElementRotation * kMaxElementRotation)) return false;
+  state->middle = MiddleOf(h);
   state->d_dot = state->even.Times(eta2 - eta1) + 0.5 * SmallAdjointTimes(state->d, eta1 + eta2);
   return state->d_dot.allFinite();
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "model/lie.h"
+#include "model/rod_middle.h"
 
 /// @file
 /// One element of a Cosserat rod between two nodal poses, with constant strain.
@@ -11,6 +12,14 @@
 /// so that f1 . eta1 + f2 . eta2 = -sigma . d_dot: the power balance is exact for any d. Strain is
 /// objective, a constant-strain (helical) field is represented exactly, and there is no shear
 /// locking.
+///
+/// A force across the rod makes the bending moment vary along an element, which constant strain
+/// leaves out: the ends then move against each other by l^3 / 12 EI per force, as they would by
+/// shear. That is added to the shear's flexibility (residual bending flexibility; R. H. MacNeal, A
+/// simple quadrilateral shell element, Comput. Struct. 8, 1978, 175-183),
+///   1 / S_shear = 1 / GA + l^2 / 12 EI,
+/// and makes a straight rod's nodes exact under forces on nodes. The shear that an element reports
+/// contains it; `shear_share` of it is the section's own.
 
 namespace mantle::model {
 
@@ -19,9 +28,14 @@ namespace mantle::model {
 struct RodElement {
   double length{0};                           ///< reference length l [m]
   Vector6 reference_strain{Vector6::Zero()};  ///< xi*
-  Vector6 stiffness{Vector6::Zero()};  ///< diagonal of Sigma, mean over the element [N m^2, N]
-  Vector6 viscosity{Vector6::Zero()};  ///< diagonal of Upsilon [N m^2 s, N s]; zero without effect
+  Vector6 stiffness{Vector6::Zero()};         ///< diagonal of Sigma, mean over the element
+  Vector6 viscosity{Vector6::Zero()};         ///< diagonal of Upsilon; zero without the effect
+  Eigen::Vector2d shear_share{1, 1};          ///< of the section in the two shear strains
 };
+
+/// Adds the residual bending flexibility to the element's shear. Viscosity follows as that of two
+/// Kelvin-Voigt bodies in series that move slowly beside their relaxation, U = S^2 sum U_i / S_i^2.
+void AddResidualBending(RodElement* e);
 
 /// Largest rotation across an element [rad]: beyond it the logarithm nears its branch cut at pi and
 /// the mesh is far too coarse for the shape anyway. A state beyond is refused.
@@ -33,6 +47,7 @@ struct RodElementState {
   Vector6 d{Vector6::Zero()};      ///< log(g1^-1 g2) [rad, m]
   Vector6 d_dot{Vector6::Zero()};  ///< [rad/s, m/s]
   EvenTangentInverse even;         ///< E(d)
+  RodMiddle middle;                ///< frame half-way
 
   Vector6 Strain(const RodElement& e) const { return d / e.length; }
   Vector6 StrainRate(const RodElement& e) const { return d_dot / e.length; }

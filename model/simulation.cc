@@ -16,14 +16,6 @@ constexpr double kSameTime_s = 1e-12;
 // Powers below this share of the run's largest are round-off of the stresses: a balance is not
 // relative to them.
 constexpr double kNegligiblePower = 1e-6;
-// Beyond these a run is warned of: a step that loses that share of the energy does not resolve the
-// motion; the balance of a sound evaluation closes to round-off.
-constexpr double kLargeDrift = 0.05;
-constexpr double kLargeImbalance = 1e-8;
-
-// Energies below this are round-off of a robot at rest; a drift relative to them says nothing.
-constexpr double kNegligibleEnergy_j = 1e-18;
-
 void RefuseTolerance(const StepperSettings& s) {
   if (s.step_tolerance == 0.0) return;
   if (s.integrator == Integrator::kCvode) {
@@ -157,40 +149,6 @@ StepStatus Simulation::TakeStep(double limit_s) {
   }
 }
 
-std::string PayloadName(const Plant& plant, int payload) {
-  for (const Rod& rod : plant.rods) {
-    const int count = static_cast<int>(rod.payloads.size());
-    if (payload < count) return rod.name + "." + rod.payloads[payload].payload.name;
-    payload -= count;
-  }
-  return {};
-}
-
-std::vector<PayloadDrop> DropsAt(const Plant& plant, const PlantState& state) {
-  std::vector<PayloadDrop> drops;
-  for (int a = 0; a < static_cast<int>(plant.rods.size()); ++a) {
-    for (std::size_t k = 0; k < plant.rods[a].payloads.size(); ++k) {
-      const RodPayload& p = plant.rods[a].payloads[k];
-      if (!p.payload.drop_s || std::abs(*p.payload.drop_s - state.time_s) > kSameTime_s) continue;
-      const WaterMotion water = EvaluateWater(plant.robot.effects, state.time_s);
-      const Pose g = AbsolutePose(plant, state, a, p.node);
-      Vector6 eta = AbsoluteTwist(plant, state, a, p.node);
-      eta.tail<3>() += g.rotation.conjugate() * water.velocity_m_s;
-      const Vector3& centre = p.payload.offset_m;
-      PayloadDrop drop;
-      drop.payload = plant.PayloadIndex(a, static_cast<int>(k));
-      drop.name = PayloadName(plant, drop.payload);
-      drop.time_s = state.time_s;
-      drop.centre_m = g.position + water.drift_m + g.rotation * centre;
-      drop.velocity_m_s = g.rotation * (eta.tail<3>() + eta.head<3>().cross(centre));
-      drop.momentum_kg_m_s = p.payload.mass_kg * drop.velocity_m_s;
-      drop.kinetic_energy_j = 0.5 * eta.dot(p.inertia * eta);
-      drops.push_back(drop);
-    }
-  }
-  return drops;
-}
-
 // A payload leaves with the velocity it has; nobody else's changes.
 void Simulation::DropPayloads() {
   for (const PayloadDrop& drop : DropsAt(plant_, state_)) {
@@ -305,11 +263,12 @@ Sample Simulation::Observe() {
   EvaluateInputs(plant_, state_.time_s, false, &inputs_);
   if (settings_.stepper.input_hook) settings_.stepper.input_hook(state_.time_s, false, &inputs_);
   EvaluateForces(plant_, state_, inputs_, &work_);
-  SolveAcceleration(plant_, inputs_, work_, &acceleration_);
+  SolveAcceleration(plant_, inputs_, &work_, &acceleration_);
   probe_.EvaluatePowers(plant_, state_, inputs_, work_, acceleration_);
   const EnergyAccount::Balance balance =
       probe_.EvaluateBalance(plant_, state_, work_, acceleration_);
   account_.largest_scale_w = std::max(account_.largest_scale_w, balance.scale_w);
+  account_.validity.Add(plant_, inputs_, work_, state_.time_s);
   Sample s = ObserveState(plant_, state_, work_, acceleration_);
   account_.peak_energy_j = std::max(account_.peak_energy_j, s.energies.magnitude());
   s.power_balance_scale_w = std::max({balance.scale_w, kNegligiblePower * account_.largest_scale_w,
@@ -346,71 +305,6 @@ RunResult Simulation::Run(const std::function<bool(const Sample&)>& observer) {
   RunResult result = Result();
   result.ok = status.ok;
   result.reason = status.reason;
-  return result;
-}
-
-void Simulation::Judge(RunResult* result) const {
-  if (settings_.account_energy && result->energy_drift > kLargeDrift) {
-    const StepperSettings& s = settings_.stepper;
-    const std::string cure =
-        s.integrator == Integrator::kCvode
-            ? "lower time.relative_tolerance and time.absolute_tolerance"
-            : fmt::format("halve time.step = {:.3g} s until the figure stays small{}",
-                          settings_.step_s,
-                          s.integrator == Integrator::kSdirk3 || s.integrator == Integrator::kRk4
-                              ? ""
-                              : ", or take time.integrator = \"sdirk3\"");
-    result->warnings.push_back(fmt::format(
-        "energy_drift = {:.2g}, bound {:.2g}: that share of {:.3g} J (the run's largest energy, or "
-        "all work done and dissipated) is unaccounted for: the steps do not resolve the motion; {}",
-        result->energy_drift, kLargeDrift, result->energy_drift_scale_j, cure));
-  }
-  if (result->power_balance_residual > kLargeImbalance) {
-    result->warnings.push_back(fmt::format(
-        "power_balance_residual = {:.2g} of {:.3g} W, bound {:.2g}: forces and energies disagree, "
-        "which no step or mesh explains; do not use this run, and report the scene",
-        result->power_balance_residual, result->power_balance_scale_w, kLargeImbalance));
-  }
-}
-
-RunResult Simulation::Result() {
-  RunResult result;
-  result.ok = true;
-  result.sim_time_s = state_.time_s;
-  result.counters = counters();
-  result.last = Observe();
-  result.balance_defined = plant_.exact();
-  result.power_balance_residual = account_.worst_balance;
-  result.power_balance_scale_w = account_.worst_balance_scale_w;
-  result.work_names = energy_.names();
-  result.work_j = energy_.work_j();
-  result.dissipated_j = energy_.dissipated_j();
-  result.drops = drops_;
-  double gained = -energy_.dissipated_j(), turned = energy_.dissipated_j();
-  for (double w : energy_.work_j()) {
-    gained += w;
-    turned += std::abs(w);
-  }
-  const double end = result.last.energies.total();
-  result.energy_drift_scale_j = std::max(account_.peak_energy_j, turned);
-  if (result.energy_drift_scale_j > kNegligibleEnergy_j) {
-    result.energy_drift =
-        std::abs(end - account_.initial_energy_j - gained) / result.energy_drift_scale_j;
-  }
-  if (result.balance_defined) Judge(&result);
-  EnergeticIndex& index = result.index;
-  if (account_.ratio_time_s > 0) {
-    index.mean_of_ratio = account_.ratio_s / account_.ratio_time_s;
-    index.positive_mean_of_ratio = account_.positive_ratio_s / account_.ratio_time_s;
-  }
-  if (account_.input_j > 0) {
-    index.ratio_of_means = account_.output_j / account_.input_j;
-    index.positive_ratio_of_means = account_.positive_output_j / account_.input_j;
-  }
-  if (account_.time_s > 0) {
-    index.mean_output_w = account_.output_j / account_.time_s;
-    index.mean_input_w = account_.input_j / account_.time_s;
-  }
   return result;
 }
 

@@ -12,6 +12,7 @@
 #include "model/step_cap.h"
 #include "model/step_control.h"
 #include "model/stepper.h"
+#include "model/validity.h"
 
 namespace mantle::model {
 
@@ -89,6 +90,8 @@ struct RunResult {
   /// Largest energy of the run, or the sum of the works' magnitudes and the dissipated energy.
   double energy_drift_scale_j{0};
   std::vector<std::string> warnings;  ///< what looks wrong, and what to do about it
+  LargestStrain largest_strain;       ///< over the samples
+  std::optional<LobedBucklingMargin> lobed_buckling;
   EnergeticIndex index;
   Sample last;
   std::vector<std::string> work_names;  ///< as EnergyAccount::names
@@ -96,6 +99,9 @@ struct RunResult {
   double dissipated_j{0};               ///< by viscosity, since t = 0
   std::vector<PayloadDrop> drops;
 };
+
+/// Puts what a run's record says into its result, with the warnings that follow from it.
+void AddValidity(const Plant& plant, const ValidityRecord& record, RunResult* result);
 
 /// Not ok, in words, where the jet's thrust exceeds the scene's bound: its law has run away.
 StepStatus JudgeThrust(const Plant& plant, double time_s, double thrust_n);
@@ -160,6 +166,7 @@ class Simulation {
     double ratio_s{0}, positive_ratio_s{0}, ratio_time_s{0}, time_s{0};
     double output_j{0}, positive_output_j{0}, input_j{0};
     double largest_scale_w{0}, worst_balance{0}, worst_balance_scale_w{0};
+    ValidityRecord validity;
   } account_;
 };
 

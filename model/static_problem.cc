@@ -33,7 +33,7 @@ StaticProblem::StaticProblem(const Plant& plant, double time_s) : plant_(plant),
 }
 
 StaticState StaticProblem::Reference() const {
-  StaticState state{InitialState(plant_), {}};
+  StaticState state{InitialState(plant_, time_s_), {}};
   state.time_s = time_s_;
   state.velocity.setZero();
   ImposeRoot(plant_, full_, &state);

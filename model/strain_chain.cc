@@ -17,6 +17,8 @@ StrainElement LinearStrainElement(const RodElement& e, const RodElementState& s,
   out.turn2 = even + odd;
   out.right = TangentOperator(s.d);
   out.left_inverse = s.even.Matrix() - 0.5 * SmallAdjoint(s.d);
+  out.a12.setZero();
+  out.a21.setZero();
   return out;
 }
 
@@ -32,10 +34,11 @@ bool StrainChain::Factor() {
     pivot_[i] = e.material + e.right.transpose() * e.turn2 + q;
     inverse_[i] = pivot_[i].inverse();
     if (!inverse_[i].allFinite()) return false;
-    gain_[i].noalias() = inverse_[i] * (q * e.left_inverse);
+    gain_[i].noalias() = inverse_[i] * (q * e.left_inverse + e.right.transpose() * e.a21);
+    const Matrix6 inner = e.a12 * e.right;
     inward_[i].noalias() = e.left_inverse.transpose() * e.material;
-    inward_[i] += e.turn1;
-    outboard = nodes[i] + inward_[i] * gain_[i];
+    inward_[i] += e.turn1 - inner;
+    outboard = nodes[i] + inner * e.left_inverse + inward_[i] * gain_[i];
   }
   return true;
 }

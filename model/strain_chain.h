@@ -12,6 +12,7 @@ struct StrainElement {
   Matrix6 turn1, turn2;  ///< G1, G2
   Matrix6 right;         ///< Jr
   Matrix6 left_inverse;  ///< Jl^-1
+  Matrix6 a12, a21;      ///< of what the element carries inside; zero as made
 };
 
 /// `cable_tangent`, where not null, is d sigma_cable / d d; `damping_scale` times the viscosity
@@ -29,7 +30,13 @@ StrainElement LinearStrainElement(const RodElement& e, const RodElementState& s,
 /// outboard of node i answers with P_i zeta_i; eliminating from the tip,
 ///   M = C + Jr^T G2 + Q,  Q = Jr^T P_i Jr,  delta_i = M^-1 (Jr^T p_i - Q h),
 ///   P_i-1 = N_i-1 + (Jl^-T C + G1) M^-1 Q Jl^-1,   p_i-1 = f_i-1 + (Jl^-T C + G1) M^-1 Jr^T p_i,
-/// N the nodes' own blocks (loads, inertia). Stiff strains make M large and drop out: nothing of
+/// N the nodes' own blocks (loads, inertia). Loads and inertia inside an element act on both of its
+/// nodes: with blocks a11, a12, a21, a22 on (zeta_i-1, zeta_i), of which the first and the last are
+/// in N,
+///   delta_i = M^-1 (Jr^T p_i - Q h - Jr^T a21 zeta_i-1),
+///   P_i-1 = N_i-1 + a12 Jr Jl^-1 + E M^-1 (Q Jl^-1 + Jr^T a21),   p_i-1 = f_i-1 + E M^-1 Jr^T p_i,
+///   E = Jl^-T C + G1 - a12 Jr.
+/// Stiff strains make M large and drop out: nothing of
 /// size EA / l is subtracted from its like, as it is where nodes are eliminated, which leaves the
 /// bending of a rod with EA L^2 / EI = 1e10 in the round-off of its stretch. The M are the pivots
 /// of the tangent in the coordinates delta.

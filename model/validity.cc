@@ -14,12 +14,16 @@ namespace {
 
 constexpr int kMostLobes = 200;
 
+std::string At(const std::optional<double>& time_s) {
+  return time_s ? fmt::format(", t = {:.4g} s", *time_s) : "";
+}
+
 }  // namespace
 
 LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work) {
   LargestStrain largest;
   const auto consider = [&](double value, const std::string& body, double x_m) {
-    if (value > largest.value || largest.body.empty()) largest = {value, body, x_m};
+    if (value > largest.value || largest.body.empty()) largest = {value, body, x_m, {}};
   };
   for (std::size_t a = 0; a < plant.rods.size(); ++a) {
     const Rod& rod = plant.rods[a];
@@ -33,7 +37,8 @@ LargestStrain FindLargestStrain(const Plant& plant, const PlantWork& work) {
       const double radius =
           nominal ? 0.0 : 0.5 * (rod.nodes[i].section.radius_m + rod.nodes[i + 1].section.radius_m);
       const double stretch = std::abs(strain(3)) + radius * strain.segment<2>(1).norm();
-      const double shear = strain.tail<2>().norm() + radius * std::abs(strain(0));
+      const double shear =
+          strain.tail<2>().cwiseProduct(e.shear_share).norm() + radius * std::abs(strain(0));
       consider(std::max(stretch, shear), rod.name, x);
     }
   }
@@ -95,22 +100,53 @@ double InwardPressure(const Plant& plant, const PlantInputs& inputs,
   return largest;
 }
 
+void ValidityRecord::Add(const Plant& plant, const PlantInputs& inputs, const PlantWork& work,
+                         double time_s) {
+  const LargestStrain now = FindLargestStrain(plant, work);
+  if (!now.body.empty() && now.value > strain_) {
+    strain_ = now.value;
+    x_m_ = now.x_m;
+    strain_time_s_ = time_s;
+    body_ = static_cast<double>(plant.rods.size());  // the mantle
+    for (std::size_t a = 0; a < plant.rods.size(); ++a) {
+      if (plant.rods[a].name == now.body) body_ = static_cast<double>(a);
+    }
+  }
+  const double inward = InwardPressure(plant, inputs, work.cable_tension_n);
+  if (inward > working_pa_) {
+    working_pa_ = inward;
+    working_time_s_ = time_s;
+  }
+}
+
+LargestStrain ValidityRecord::strain(const Plant& plant) const {
+  if (body_ < 0.0) return {};
+  const auto body = static_cast<std::size_t>(body_);
+  return {strain_, body < plant.rods.size() ? plant.rods[body].name : plant.shell->name, x_m_,
+          strain_time_s_};
+}
+
+std::optional<LobedBucklingMargin> ValidityRecord::lobed_buckling(const Plant& plant) const {
+  if (!plant.shell) return std::nullopt;
+  return LobedBucklingMargin{FindLobedBuckling(*plant.shell), working_pa_, working_time_s_};
+}
+
 std::vector<std::string> StrainWarnings(const LargestStrain& strain) {
   if (!(strain.value > kLargeStrain)) return {};
   return {
-      fmt::format("{}: strain {:.3g} at X = {:.4g} m, beyond {} the linear material law is a "
+      fmt::format("{}: strain {:.3g} at X = {:.4g} m{}, beyond {} the linear material law is a "
                   "guess: lower the loads or take a secant modulus",
-                  strain.body, strain.value, strain.x_m, kLargeStrain)};
+                  strain.body, strain.value, strain.x_m, At(strain.time_s), kLargeStrain)};
 }
 
-std::vector<std::string> LobedBucklingWarnings(const LobedBuckling& buckling, double working_pa) {
-  if (!(working_pa > buckling.free_pa)) return {};
+std::vector<std::string> LobedBucklingWarnings(const LobedBucklingMargin& margin) {
+  const LobedBuckling& lobes = margin.lobes;
+  if (!(margin.working_pa > lobes.free_pa)) return {};
   return {fmt::format(
-      "mantle: {:.4g} Pa inward where a tube of its size goes into lobes at {:.3g} Pa (ends free) "
-      "to "
-      "{:.3g} Pa (ends held round, {} lobes), which the axisymmetric model cannot show: ribs or a "
-      "thicker wall must hold it round",
-      working_pa, buckling.free_pa, buckling.held_pa, buckling.held_lobes)};
+      "mantle: {:.4g} Pa inward{} where a tube of its size goes into lobes at {:.3g} Pa (ends "
+      "free) to {:.3g} Pa (ends held round, {} lobes), which the axisymmetric model cannot show: "
+      "ribs or a thicker wall must hold it round",
+      margin.working_pa, At(margin.time_s), lobes.free_pa, lobes.held_pa, lobes.held_lobes)};
 }
 
 }  // namespace mantle::model

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,10 @@ inline constexpr double kLargeStrain = 0.3;
 
 /// The largest strain of a robot, and where it is.
 struct LargestStrain {
-  double value{0};   ///< absolute, of a fibre
-  std::string body;  ///< empty where the robot has no soft body
-  double x_m{0};     ///< arc length at rest
+  double value{0};               ///< absolute, of a fibre
+  std::string body;              ///< empty where the robot has no soft body
+  double x_m{0};                 ///< arc length at rest
+  std::optional<double> time_s{};  ///< of a run
 };
 
 /// Largest fibre strain at the state of the last evaluation. Arms: stretch with the bending at the
@@ -50,8 +52,29 @@ LobedBuckling FindLobedBuckling(const Shell& shell);
 double InwardPressure(const Plant& plant, const PlantInputs& inputs,
                       const std::vector<double>& cable_tension_n);
 
+/// The mantle's pressures: working, and those of its lobes.
+struct LobedBucklingMargin {
+  LobedBuckling lobes;
+  double working_pa{0};
+  std::optional<double> time_s{};  ///< of a run
+};
+
+/// The largest of these over a run, as numbers that a checkpoint can hold.
+class ValidityRecord {
+ public:
+  /// Takes in a state, by its evaluation.
+  void Add(const Plant& plant, const PlantInputs& inputs, const PlantWork& work, double time_s);
+  LargestStrain strain(const Plant& plant) const;
+  /// Nothing without a mantle.
+  std::optional<LobedBucklingMargin> lobed_buckling(const Plant& plant) const;
+
+ private:
+  double strain_{-1}, body_{-1}, x_m_{0}, strain_time_s_{0};
+  double working_pa_{0}, working_time_s_{0};
+};
+
 /// One line each, with figures and what to do; empty where nothing is to be said.
 std::vector<std::string> StrainWarnings(const LargestStrain& strain);
-std::vector<std::string> LobedBucklingWarnings(const LobedBuckling& buckling, double working_pa);
+std::vector<std::string> LobedBucklingWarnings(const LobedBucklingMargin& margin);
 
 }  // namespace mantle::model

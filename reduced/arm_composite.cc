@@ -52,7 +52,8 @@ void AddInertia(const Matrix6& inertia, const Vector6& twist, Composite* out) {
 }  // namespace
 
 void AddSection(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
-                const Matrix3& r, const Vector3& p, const Vector6& twist, Composite* out) {
+                const Matrix3& r, const Vector3& frame, const Vector6& twist, Composite* out) {
+  const Vector3 p = frame + node.ahead_m * r.col(0);
   const Vector6 diagonal = node.FullInertia();
   Matrix6 inertia;
   const Matrix3 linear = r * diagonal.tail<3>().asDiagonal() * r.transpose();
@@ -118,7 +119,8 @@ void AddPayload(const ReducedArm& arm, const ArmMotion& m, const ReducedPayload&
 }
 
 void AddInternalRotation(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
-                         const Matrix3& r, const Vector3& p, Matrix6* rotation) {
+                         const Matrix3& r, const Vector3& frame, Matrix6* rotation) {
+  const Vector3 p = frame + node.ahead_m * r.col(0);
   const model::SectionMotion motion{m.root_rotation * Eigen::Quaterniond(r), Vector6::Zero()};
   model::LoadTangent t;
   for (std::size_t k = 0; k < arm.distributed.size(); ++k) {

@@ -111,8 +111,9 @@ void AddMuscles(const ReducedArm& arm, const ArmMotion& m, ArmWork* work) {
 
 // Inertia minus loads of a section at (rotation, position), in the root frame.
 Vector6 SectionWrench(const ReducedArm& arm, const ArmMotion& m, const model::RodNode& node,
-                      const Matrix3& rotation, const Vector3& position, const Vector6& twist,
+                      const Matrix3& rotation, const Vector3& frame, const Vector6& twist,
                       const Vector6& acceleration, Vector6* internal) {
+  const Vector3 position = frame + node.ahead_m * rotation.col(0);
   const Vector6 eta = FromRoot(rotation, position, twist);
   const Vector6 inertia = node.FullInertia();
   Vector6 w = inertia.cwiseProduct(FromRoot(rotation, position, acceleration));

@@ -220,7 +220,8 @@ void LineariseArm(const ReducedArm& arm, const ArmMotion& m, int first, ArmWork*
 void AddDistributedColumn(const ReducedArm& arm, const ArmMotion& m, const ArmWork& work, int load,
                           double gain, int first, Eigen::Ref<VectorX> column) {
   Vector6 sum = Vector6::Zero();
-  const auto add = [&](const model::RodNode& node, const Matrix3& r, const Vector3& p) {
+  const auto add = [&](const model::RodNode& node, const Matrix3& r, const Vector3& frame) {
+    const Vector3 p = frame + node.ahead_m * r.col(0);
     const model::SectionMotion motion{arm.needs_rotation ? m.root_rotation * Eigen::Quaterniond(r)
                                                          : Eigen::Quaterniond::Identity(),
                                       Vector6::Zero()};

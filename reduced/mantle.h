@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "model/failure.h"
 #include "model/mantle_loads.h"
 #include "reduced/arm_dynamics.h"
 #include "reduced/polynomial.h"
@@ -26,12 +27,14 @@ struct MantleShapes {
   Eigen::MatrixXd shapes;                      ///< 3 nodes x k: (r, z, theta) per node
   std::vector<Eigen::VectorXd> equilibria;     ///< s along the static path, for training
   Eigen::VectorXd scale;                       ///< size of each coordinate on that path
+  double reach_pa{0};                          ///< largest pressure of that path
   std::vector<double> mode_frequencies_rad_s;  ///< of the vibration modes among the shapes
 };
 
 /// An element of the shell whose stresses are evaluated, weighted for those that are not. The
 /// element's y (model::ShellElementState) is affine in s: y = rest + rows s.
 struct CubatureElement {
+  int index{0};                                   ///< of the profile's
   model::ShellElement element;                    ///< its area scaled by the cubature's weight
   model::Vector5 rest;                            ///< y at s = 0
   Eigen::Matrix<double, 5, Eigen::Dynamic> rows;  ///< dy/ds
@@ -118,9 +121,9 @@ struct MantleWork {
   VectorX column, row;                        ///< scratch
 };
 
-/// nullptr, or why the shape cannot be evaluated.
-const char* EvaluateMantle(const ReducedMantle& mantle, const MantleMotion& motion,
-                           MantleWork* work);
+/// Why the shape cannot be evaluated, if so; the body is the caller's to name.
+model::EvaluationFailure EvaluateMantle(const ReducedMantle& mantle, const MantleMotion& motion,
+                                        MantleWork* work);
 void LineariseMantle(const ReducedMantle& mantle, const MantleMotion& motion, int first,
                      MantleWork* work, Linearisation* out);
 

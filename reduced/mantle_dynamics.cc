@@ -1,4 +1,5 @@
 #include <cmath>
+#include <limits>
 
 #include "reduced/mantle_loads.h"
 #include "reduced/mantle_terms.h"
@@ -62,7 +63,8 @@ MantleWork::MantleWork(const ReducedMantle& m)
   m.polynomials.Size(&values);
 }
 
-const char* EvaluateMantle(const ReducedMantle& m, const MantleMotion& motion, MantleWork* work) {
+model::EvaluationFailure EvaluateMantle(const ReducedMantle& m, const MantleMotion& motion,
+                                        MantleWork* work) {
   const Map s(motion.s, m.size), s_dot(motion.s_dot, m.size), s_ddot(motion.s_ddot, m.size);
   const Vector6& eta = motion.root_twist;
 
@@ -71,13 +73,16 @@ const char* EvaluateMantle(const ReducedMantle& m, const MantleMotion& motion, M
   work->max_radius_m = work->radius.maxCoeff(&work->widest);
   for (int j = 0; j < work->radius.size(); ++j) {
     if (!(work->radius(j) > 0.0) && m.radius_rest(j) > 0.0) {
-      return "radius of the mantle closed up";
+      return {nullptr, j, "radius [m] of the mantle closed up", work->radius(j), 0.0};
     }
   }
   work->polynomials.Evaluate(motion.s, false, &work->values);
   const auto gradient = [&](int i) { return work->values.gradient.col(i); };
   work->volume_m3 = work->values.value(m.volume);
-  if (!(work->volume_m3 > 0.0)) return "volume of the mantle is not positive";
+  if (!(work->volume_m3 > 0.0)) {
+    return {nullptr, -1, "enclosed volume [m^3]: the mantle is turned inside out", work->volume_m3,
+            0.0};
+  }
   work->volume_rate_m3_s = gradient(m.volume).dot(s_dot);
 
   VectorX& r = work->residual;
@@ -86,6 +91,16 @@ const char* EvaluateMantle(const ReducedMantle& m, const MantleMotion& motion, M
     EvaluateElements<3>(m, motion, work);
   } else {
     EvaluateElements<Eigen::Dynamic>(m, motion, work);
+  }
+  for (std::size_t e = 0; e < m.elements.size(); ++e) {
+    if (!(work->elements[e].lambda > 0.0)) {
+      return {nullptr,
+              m.elements[e].index,
+              "stretch along the meridian: the material is turned inside out",
+              work->elements[e].lambda,
+              0.0,
+              "element"};
+    }
   }
 
   Matrix6 inertia = m.axial_mass_kg * m.axial_pattern, rate = Matrix6::Zero();
@@ -124,8 +139,11 @@ const char* EvaluateMantle(const ReducedMantle& m, const MantleMotion& motion, M
         model::CableTension(motion.spokes[k], work->cable_length_m[k], work->cable_rate_m_s[k]);
     r += work->cable_tension_n[k] * m.spokes[k].gradient;
   }
-  if (!r.allFinite() || !w.allFinite()) return "a force on the mantle is not finite";
-  return nullptr;
+  if (!r.allFinite() || !w.allFinite()) {
+    return {nullptr, -1, "a force on the mantle is not finite", r.norm() + w.norm(),
+            std::numeric_limits<double>::max()};
+  }
+  return {};
 }
 
 }  // namespace mantle::reduced

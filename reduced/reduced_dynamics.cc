@@ -1,4 +1,5 @@
 #include <Eigen/Cholesky>
+#include <limits>
 
 #include "reduced/reduced_model.h"
 
@@ -146,12 +147,18 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
   for (int a = 0; a < static_cast<int>(model.arms.size()); ++a) {
     const ArmMotion m = MotionOf(model, a, state, acceleration, inputs);
     if (!EvaluateArm(model.arms[a], m, &work->arms[a])) {
-      return {model.robot.arms[a].name.c_str(), "a force or a pose is not finite"};
+      return {model.robot.arms[a].name.c_str(), -1, "a force or a pose is not finite",
+              work->arms[a].base_wrench.norm(), std::numeric_limits<double>::max()};
     }
     for (int l = 0; l < model.arms[a].dynamic_intervals; ++l) {
-      if (!(work->arms[a].at[l].omega(3) > 0.0)) {
+      const double stretch = work->arms[a].at[l].omega(3) / model.arms[a].intervals[l].length_m;
+      if (!(stretch > 0.0)) {
         return {model.robot.arms[a].name.c_str(),
-                "stretch along the arm: the material is turned inside out"};
+                l,
+                "stretch along the arm: the material is turned inside out",
+                stretch,
+                0.0,
+                "interval"};
       }
     }
     work->residual.head<6>() += work->arms[a].base_wrench;
@@ -159,14 +166,16 @@ ReducedFailure EvaluateResidual(const ReducedModel& model, const ReducedState& s
   }
   if (model.mantle) {
     const MantleMotion m = MotionOf(model, state, acceleration, inputs);
-    if (const char* cause = EvaluateMantle(*model.mantle, m, &work->mantle[0])) {
-      return {model.robot.mantle->name.c_str(), cause};
+    if (ReducedFailure failure = EvaluateMantle(*model.mantle, m, &work->mantle[0])) {
+      failure.body = model.robot.mantle->name.c_str();
+      return failure;
     }
     work->residual.head<6>() += work->mantle[0].root_wrench;
     work->residual.tail(model.mantle->size) = work->mantle[0].residual;
   }
   if (!work->residual.allFinite()) {
-    return {model.robot.name.c_str(), "a force on the root is not finite"};
+    return {model.robot.name.c_str(), -1, "a force on the root is not finite",
+            work->residual.norm(), std::numeric_limits<double>::max()};
   }
   return {};
 }

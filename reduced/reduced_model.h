@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "model/failure.h"
 #include "reduced/arm_dynamics.h"
 #include "reduced/mantle.h"
 
@@ -85,13 +86,7 @@ struct ReducedWork {
   VectorX residual;                ///< R, laid out as v
 };
 
-/// Where an evaluation failed: the body and the cause, both with static life; null where it did
-/// not.
-struct ReducedFailure {
-  const char* body{nullptr};
-  const char* cause{nullptr};
-  explicit operator bool() const { return cause != nullptr; }
-};
+using ReducedFailure = model::EvaluationFailure;
 
 /// work->residual = M(q) a - f. Rows of a root that is not free hold the wrench its support exerts.
 /// No allocation.

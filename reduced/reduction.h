@@ -12,7 +12,7 @@ enum class BasisKind { kConstant, kLegendre };
 enum class SectionRule {
   kGaussRadau,     ///< default: points per segment, one at its end
   kGaussLegendre,  ///< points per segment
-  kPlantNodes      ///< the plant's own nodes and lumped masses: same semi-discrete arm
+  kPlantNodes      ///< the plant's own places of mass and elements: same semi-discrete arm
 };
 
 /// Which of torsion, bending y, z, stretch, shear y, z an arm may have.

@@ -90,7 +90,9 @@ bool StepSolver::Solve(bool derivatives, const StepStages* guess, StepOutcome* o
     if (!SolveStage(i, derivatives, outcome)) return false;
     if (!derivatives) continue;
     Correct(i);
-    if (!Differentiate(i)) return Fail(outcome, "the stage's matrix is singular");
+    if (!Differentiate(i)) {
+      return Fail(outcome, "the stage's matrix is singular: smallest pivot", 0.0, 0.0);
+    }
   }
   return true;
 }
@@ -110,10 +112,9 @@ void StepSolver::Finish(ReducedState* to) const {
   to->v = s.state.v;
 }
 
-bool StepSolver::Fail(StepOutcome* outcome, const char* cause) const {
+bool StepSolver::Fail(StepOutcome* outcome, const char* cause, double value, double bound) const {
+  static_cast<ReducedFailure&>(*outcome) = {model_.robot.name.c_str(), -1, cause, value, bound};
   outcome->ok = false;
-  outcome->body = model_.robot.name.c_str();
-  outcome->cause = cause;
   return false;
 }
 
@@ -169,7 +170,8 @@ bool StepSolver::SolveStage(int i, bool derivatives, StepOutcome* outcome) {
     }
     const double size = step.cwiseAbs().maxCoeff();
     if (!std::isfinite(size) || size > kDivergence) {
-      return Fail(outcome, "Newton's iteration diverges; take a shorter step");
+      return Fail(outcome, "Newton's iteration diverges, take a shorter step: increment", size,
+                  kDivergence);
     }
     work_.last_.array() = step.array() / work_.scale_.array();
     s.y += work_.last_;
@@ -188,7 +190,8 @@ bool StepSolver::SolveStage(int i, bool derivatives, StepOutcome* outcome) {
     }
     previous = size;
   }
-  return Fail(outcome, "Newton's iteration does not converge; take a shorter step");
+  return Fail(outcome, "Newton's iteration does not converge, take a shorter step: increment",
+              previous, settings_.tolerance);
 }
 
 bool StepSolver::Evaluate(int i, StepOutcome* outcome) {
@@ -196,9 +199,8 @@ bool StepSolver::Evaluate(int i, StepOutcome* outcome) {
   const ReducedFailure failure = EvaluateResidual(model_, s.state, s.acceleration,
                                                   *inputs_[InputIndex(i)], &work_.evaluation_);
   if (!failure) return true;
+  static_cast<ReducedFailure&>(*outcome) = failure;
   outcome->ok = false;
-  outcome->body = failure.body;
-  outcome->cause = failure.cause;
   return false;
 }
 
@@ -210,12 +212,15 @@ StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, do
     outcome.ok = false;
     outcome.body = model.robot.name.c_str();
     outcome.cause = "the state has the wrong size for this model";
+    outcome.value = static_cast<double>(from.v.size());
+    outcome.bound = model.velocity_count();
     return outcome;
   }
   if (!(h > 0.0) || !std::isfinite(h)) {
     outcome.ok = false;
     outcome.body = model.robot.name.c_str();
     outcome.cause = "the step must be positive";
+    outcome.value = h;
     return outcome;
   }
   StepSolver solver(model, settings, h, from, first, last, work);
@@ -224,7 +229,11 @@ StepOutcome TakeStep(const ReducedModel& model, const StepSettings& settings, do
   if (stages != nullptr && stages->known) {
     stages->known = false;
     solved = solver.Solve(derivatives, stages, &outcome);
-    if (!solved) outcome = {.iterations = outcome.iterations};
+    if (!solved) {
+      const int iterations = outcome.iterations;
+      outcome = {};
+      outcome.iterations = iterations;
+    }
   }
   if (!solved && !solver.Solve(derivatives, nullptr, &outcome)) return outcome;
   if (stages != nullptr) solver.Remember(stages);

@@ -32,12 +32,10 @@ struct StepSettings {
   int max_iterations{25};  ///< of Newton's method, for one stage
 };
 
-/// How a step went: where it failed, in which body and why.
-struct StepOutcome {
+/// Whether the step was taken, and if not, why.
+struct StepOutcome : model::EvaluationFailure {
   bool ok{true};
-  const char* body{nullptr};  ///< static life
-  const char* cause{nullptr};
-  int iterations{0};  ///< of Newton's method, over all stages
+  int iterations{0};
 };
 
 /// d(end state)/d(...), rows (zeta, q, v) of the end state: zeta in the body frame of its root.

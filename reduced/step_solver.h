@@ -40,7 +40,7 @@ class StepSolver {
   static Pose Moved(const StepWork::Stage& s) { return model::ExpSE3(s.y.head<6>()); }
   int InputIndex(int i) const { return scheme_.stages == 1 ? 1 : i; }
 
-  bool Fail(StepOutcome* outcome, const char* cause) const;
+  bool Fail(StepOutcome* outcome, const char* cause, double value, double bound) const;
   // y -> state, rates, acceleration.
   void Unpack(int i);
   // Jacobians at the last evaluation, and A = K H_g + (D + sigma M) H_v factored. `weighted_` keeps

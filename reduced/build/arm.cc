@@ -96,9 +96,14 @@ std::vector<Station> PlaceSections(const model::Plant& plant, int a, const ArmRe
   std::vector<Station> stations;
   const std::vector<double> ends = out->basis.PieceEnds();
   if (reduction.rule == SectionRule::kPlantNodes) {
+    const int n = rod.element_count();
     out->sections = rod.nodes;
+    out->sections.insert(out->sections.end(), rod.middles.begin(), rod.middles.end());
     out->base_section = 0;
-    for (int i = 1; i <= rod.element_count(); ++i) stations.push_back({rod.x_m[i], i});
+    for (int i = 0; i < n; ++i) {
+      stations.push_back({0.5 * (rod.x_m[i] + rod.x_m[i + 1]), n + 1 + i});
+      stations.push_back({rod.x_m[i + 1], i + 1});
+    }
   } else {
     const QuadratureRule rule = reduction.rule == SectionRule::kGaussRadau
                                     ? GaussRadau(reduction.points)
@@ -165,6 +170,24 @@ void MakeStiffness(const model::Plant& plant, int a, const ArmReduction& reducti
   const int degree = reduction.basis == BasisKind::kLegendre ? reduction.degree : 0;
   const QuadratureRule rule = GaussLegendre(degree + kStiffnessExtra);
   Matrix6X b;
+  if (reduction.rule == SectionRule::kPlantNodes) {
+    const model::Rod& rod = plant.rods[a];
+    for (int i = 0; i < rod.element_count(); ++i) {
+      const model::RodElement& e = rod.elements[i];
+      const double x = 0.5 * (rod.x_m[i] + rod.x_m[i + 1]);
+      const int g = out->basis.GroupOf(x);
+      const StrainGroup& group = out->basis.groups()[g];
+      b = BasisAt(arm, out->basis, g, x);
+      const auto add = [&](Eigen::MatrixXd& m, const Matrix6& law) {
+        m.block(group.first, group.first, group.columns, group.columns) +=
+            e.length * b.transpose() * law * b;
+      };
+      add(out->stiffness, e.stiffness.asDiagonal());
+      if (!rod.coupling.empty()) add(out->stiffness, rod.coupling[i]);
+      add(out->damping, e.viscosity.asDiagonal());
+    }
+    return;
+  }
   for (std::size_t g = 0; g < out->basis.groups().size(); ++g) {
     const StrainGroup& group = out->basis.groups()[g];
     double from = group.from_m;

@@ -44,6 +44,7 @@ std::vector<CubatureElement> AllElements(const ReducedMantle& m, const Shell& sh
   std::vector<CubatureElement> out;
   for (int e = 0; e < shell.element_count(); ++e) {
     CubatureElement c;
+    c.index = e;
     c.element = shell.elements[e];
     model::ShellElementState state;
     const Vector3 still = Vector3::Zero();

@@ -10,6 +10,7 @@
 #include "model/modes.h"
 #include "model/simulation.h"
 #include "model/statics.h"
+#include "model/validity.h"
 
 namespace mantle::reduced {
 namespace {
@@ -23,6 +24,9 @@ constexpr double kDependent = 1e-5;  // of a shape's norm left after orthogonali
 constexpr double kTrainingReach =
     1.2;  // equilibria are sought up to this share of the last pressure
 constexpr int kTrainingSteps = 6;
+// A strip's collapse is some fifty times the pressure of its wall's lobes.
+constexpr double kCollapseSought = 500.0;
+constexpr int kCollapseSteps = 200;
 constexpr double kSnapshotInterval_s = 0.01;
 constexpr double kModeAmplitude_m = 2e-3;  // of the wall: size of a mode that no equilibrium shows
 
@@ -160,6 +164,30 @@ void AddSnapshotShapes(const std::vector<VectorX>& snapshots, const VectorX& mas
 
 }  // namespace
 
+std::optional<double> CollapsePressure(const Plant& plant) {
+  const Robot alone = MantleAlone(plant.robot);
+  std::optional<double> lowest;
+  const auto follow = [&](const Robot& loaded) {
+    model::StaticsSettings settings;
+    settings.arc_length = true;
+    settings.load_steps = kCollapseSteps;
+    const model::StaticsResult path = SolveStatics(Plant(loaded), settings);
+    if (!path.limit_load_factor) return;
+    const double found = *path.limit_load_factor;
+    if (!lowest || found < *lowest) lowest = found;
+  };
+  const double sought = kCollapseSought * FindLobedBuckling(*plant.shell).held_pa;
+  const std::vector<Strip> strips = DistinctStrips(plant);
+  for (const Strip& strip : strips) follow(Loaded(alone, strip, sought));
+  if (strips.empty()) {
+    Robot pressed = alone;
+    pressed.effects.normal_pressure = model::NormalPressure{model::ConstantSchedule{-sought}};
+    follow(pressed);
+  }
+  if (lowest) *lowest *= sought;
+  return lowest;
+}
+
 MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reduction) {
   const Robot alone = MantleAlone(plant.robot);
   const Plant clamped(alone);
@@ -231,6 +259,7 @@ MantleShapes MakeMantleShapes(const Plant& plant, const MantleReduction& reducti
     for (int i = 1; i <= kTrainingSteps; ++i) {
       const auto shape = StaticShape(alone, strip, kTrainingReach * reach * i / kTrainingSteps);
       if (!shape) break;
+      out.reach_pa = std::max(out.reach_pa, kTrainingReach * reach * i / kTrainingSteps);
       out.equilibria.push_back(out.shapes.transpose() * mass.cwiseProduct(*shape));
     }
   }

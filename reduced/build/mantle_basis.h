@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "model/plant.h"
 #include "reduced/mantle.h"
 
@@ -14,5 +16,11 @@ namespace mantle::reduced {
 /// Throws model::BadRobot (more coordinates than the mesh has, no strip, dependent shapes, no
 /// equilibrium at a pressure).
 MantleShapes MakeMantleShapes(const model::Plant& plant, const MantleReduction& reduction);
+
+/// Pressure [Pa] at which the static path of the plant's mantle has its first limit point, alone
+/// and clamped, loaded on the strip of its actuator (the lowest of several) or, without one, on the
+/// whole wall; none where there is no such point up to kCollapseSought times its lobed-buckling
+/// pressure.
+std::optional<double> CollapsePressure(const model::Plant& plant);
 
 }  // namespace mantle::reduced

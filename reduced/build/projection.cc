@@ -83,7 +83,7 @@ void Projection::Lift(const ReducedState& from, model::PlantState* to) {
     to->pose[plant.ArmPose(a, 0)] = from.root * plant.rods[a].mount;
     for (std::size_t l = 0; l < lifting_[a].intervals.size(); ++l) {
       const int node = lifting_[a].intervals[l].section;
-      if (node < 0) continue;
+      if (node < 0 || node > plant.rods[a].element_count()) continue;  // inside an element
       const IntervalState& s = work_[a].at[l];
       const Pose relative{Eigen::Quaterniond(s.rotation), s.position};
       to->pose[plant.ArmPose(a, node)] = from.root * relative;

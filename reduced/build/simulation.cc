@@ -43,7 +43,8 @@ ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRun
       plant_work_(model.plant),
       acceleration_(VectorX::Zero(model.velocity_count())),
       plant_acceleration_(VectorX::Zero(model.plant.velocity_size())),
-      step_cap_(settings.step_s) {
+      step_cap_(settings.step_s),
+      guard_(model) {
   const model::PlantState start = model::StartState(model.plant, settings.statics);
   projection_.Lift(state_, &lifted_);
   double moved = (start.velocity - lifted_.velocity).cwiseAbs().maxCoeff();
@@ -75,8 +76,7 @@ void ReducedSimulation::Settle() {
   for (int k = 0; k < kSettling; ++k) {
     if (const ReducedFailure failure =
             EvaluateResidual(model_, state_, rest, first_, &evaluation_)) {
-      throw model::BadRobot(fmt::format("robot.initial = \"static\": reduced model: {}: {}",
-                                        failure.body, failure.cause));
+      throw model::BadRobot("robot.initial = \"static\": reduced model: " + failure.Message());
     }
     Linearise(model_, state_, rest, first_, false, &evaluation_, &jacobians_);
     const VectorX step = jacobians_.stiffness.bottomRightCorner(n, n).partialPivLu().solve(
@@ -118,6 +118,7 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       ++counters_.steps;
       step_cap_.Hold();
       stepped_ = true;
+      if (auto status = guard_.Judge(state_, last_); !status.ok) return status;
       if (count > 1.0 || !at_breakpoint) continue;
       projection_.Lift(state_, &lifted_);
       for (const model::PayloadDrop& drop : DropsAt(model_.plant, lifted_)) drops_.push_back(drop);
@@ -125,15 +126,14 @@ model::StepStatus ReducedSimulation::AdvanceTo(double t_s) {
       EvaluateInputs(model_.plant, state_.time_s, false, &first_);
       if (const ReducedFailure failure =
               CrossRootKink(model_, first_, &evaluation_, &jacobians_, &state_)) {
-        return {false, fmt::format("t = {:.6g} s: after the kink of the root's motion: {}: {}",
-                                   state_.time_s, failure.body, failure.cause)};
+        return {false, fmt::format("t = {:.6g} s: after the kink of the root's motion: {}",
+                                   state_.time_s, failure.Message())};
       }
       continue;
     }
     ++counters_.rejected;
     if (0.5 * h < settings_.min_step_s) {
-      return {false,
-              fmt::format("t = {:.6g} s: {}: {}", state_.time_s, outcome.body, outcome.cause)};
+      return {false, fmt::format("t = {:.6g} s: {}", state_.time_s, outcome.Message())};
     }
     step_cap_.Fail(h);
   }
@@ -150,7 +150,8 @@ model::Sample ReducedSimulation::Observe() {
     SolveAcceleration(model_, state_, first_, &evaluation_, &jacobians_, &acceleration_);
   }
   projection_.Lift(state_, &lifted_);
-  EvaluateForces(model_.plant, lifted_, first_, &plant_work_);
+  lifted_failure_ = EvaluateForces(model_.plant, lifted_, first_, &plant_work_);
+  if (!lifted_failure_) validity_.Add(model_.plant, first_, plant_work_, state_.time_s);
   plant_acceleration_.head<6>() = acceleration_.head<6>();
   return ObserveState(model_.plant, lifted_, plant_work_, plant_acceleration_);
 }
@@ -166,8 +167,12 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
     status = AdvanceTo(std::min(due, settings_.duration_s));
     if (!status.ok) break;
     sample = Observe();
+    if (lifted_failure_) {
+      status = {false, fmt::format("t = {:.6g} s: the plant's nodes in this shape: {}",
+                                   state_.time_s, lifted_failure_.Message())};
+      break;
+    }
     if (observer) go = observer(sample);
-    status = model::JudgeThrust(model_.plant, sample.time_s, sample.thrust_n);
   }
   result.ok = status.ok;
   result.reason = status.reason;
@@ -175,6 +180,8 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
   result.counters = counters_;
   result.last = Observe();
   result.balance_defined = false;
+  AddValidity(model_.plant, validity_, &result);
+  for (std::string& w : guard_.Warnings()) result.warnings.push_back(std::move(w));
   result.drops = drops_;
   return result;
 }

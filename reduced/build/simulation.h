@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "model/simulation.h"
+#include "reduced/build/mantle_guard.h"
 #include "reduced/build/projection.h"
 #include "reduced/step.h"
 
@@ -41,7 +42,8 @@ class ReducedSimulation {
   /// Of the lifted state, with the reduced model's own acceleration of the root.
   model::Sample Observe();
   /// As model::Simulation::Run; energies are reported, works and balances are not. A jet that has
-  /// run away stops it at the next sample.
+  /// run away, a mantle that the plant would see collapse, and a shape that the plant cannot
+  /// evaluate stop it (MantleGuard).
   model::RunResult Run(const std::function<bool(const model::Sample&)>& observer = {});
 
  private:
@@ -62,6 +64,9 @@ class ReducedSimulation {
   model::StepCap step_cap_;
   bool stepped_{false};  // state_ is where work_'s step ended, and no break point
   model::StepCounters counters_;
+  MantleGuard guard_;
+  model::ValidityRecord validity_;
+  model::EvaluationFailure lifted_failure_;
 };
 
 }  // namespace mantle::reduced

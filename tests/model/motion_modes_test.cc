@@ -71,6 +71,20 @@ TEST(MotionModes, KelvinVoigtDampingIsThatOfTheMaterial) {
   }
 }
 
+TEST(MotionModes, WhatGoesWithTheSquareOfVelocityDampsNothingAboutRest) {
+  Robot robot = Clamped(true);
+  robot.effects.drag = true;
+  robot.effects.jet_thrust = JetThrust{FluxReading::kVolume, ThrustPlace::kDome};
+  AtRest at(robot);
+  for (const MotionMode& mode : MotionModes(at.plant, at.state, at.inputs, 6)) {
+    const double frequency = mode.rate_1_s.imag();
+    EXPECT_GT(frequency, 1.0);
+    // Round-off of forces at a velocity of 1e-4; a probe of that size alone would leave 1e-5.
+    constexpr double kRoundOff = 1e-8;
+    EXPECT_NEAR(mode.damping_ratio(), 0.0, kRoundOff) << frequency;
+  }
+}
+
 TEST(MotionModes, AnUnstableStateGrowsAndSaysSo) {
   // A straight rod under 1.5 times Euler's load: omega^2 < 0 in two planes. The state must be the
   // equilibrium under that load: with the load but without the compression that carries it, the

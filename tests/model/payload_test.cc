@@ -109,7 +109,7 @@ TEST(Payload, BalancesCloseWithEveryEffect) {
     PlantWork work(plant);
     ASSERT_FALSE(EvaluateForces(plant, state, inputs, &work));
     VectorX acceleration = VectorX::Zero(plant.velocity_size());
-    SolveAcceleration(plant, inputs, work, &acceleration);
+    SolveAcceleration(plant, inputs, &work, &acceleration);
     EnergyAccount account(plant);
     account.EvaluatePowers(plant, state, inputs, work, acceleration);
     const auto balance = account.EvaluateBalance(plant, state, work, acceleration);

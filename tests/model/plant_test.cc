@@ -90,6 +90,10 @@ TEST(Plant, WeightIsTheWeightOfEveryPart) {
   for (int i = 0; i <= 10; ++i) {
     add(e.plant.rods[0].nodes[i].inertia(5), e.state.pose[e.plant.ArmPose(0, i)].position);
   }
+  for (int i = 0; i < 10; ++i) {
+    add(e.plant.rods[0].middles[i].inertia(5),
+        AbsoluteMiddle(e.plant, e.state, 0, i).pose.position);
+  }
   for (int j = 0; j < e.plant.shape_count(); ++j) {
     add(e.plant.shell->nodes[j].mass_kg,
         root.position + root.rotation * Vector3(0, 0, e.state.shape[j](1)));
@@ -99,9 +103,9 @@ TEST(Plant, WeightIsTheWeightOfEveryPart) {
 }
 
 // d/dt of the total momentum along the motion that the plant predicts, by differences.
-Vector6 MomentumRate(const Evaluated& e) {
+Vector6 MomentumRate(Evaluated& e) {
   VectorX a = VectorX::Zero(e.plant.velocity_size());
-  SolveAcceleration(e.plant, e.inputs, e.work, &a);
+  SolveAcceleration(e.plant, e.inputs, &e.work, &a);
   PlantWork work(e.plant);
   const auto momentum = [&](double t) -> Vector6 {
     PlantState s = e.state;
@@ -162,9 +166,9 @@ TEST(Plant, MomentumChangesByTheExternalLoadsAlone) {
 }
 
 // d/dt of kinetic and elastic energy along the predicted motion.
-double EnergyRate(const Evaluated& e) {
+double EnergyRate(Evaluated& e) {
   VectorX a = VectorX::Zero(e.plant.velocity_size());
-  SolveAcceleration(e.plant, e.inputs, e.work, &a);
+  SolveAcceleration(e.plant, e.inputs, &e.work, &a);
   PlantWork work(e.plant);
   const auto energy = [&](double t) {
     PlantState s = e.state;
@@ -208,7 +212,7 @@ TEST(Plant, SolveAccelerationInvertsApplyMass) {
       robot.effects = EveryEffect();
       Evaluated e(robot, 1.0, 8);
       VectorX a = VectorX::Zero(e.plant.velocity_size()), f = a;
-      SolveAcceleration(e.plant, e.inputs, e.work, &a);
+      SolveAcceleration(e.plant, e.inputs, &e.work, &a);
       ApplyMass(e.plant, e.work, a, &f);
       VectorX expected = e.work.force;
       if (!free) {
@@ -278,8 +282,8 @@ TEST(Plant, ParametersOfEffectsThatAreOffChangeNoBit) {
   Evaluated a(full, 1.0, 14), b(bare, 1.0, 14);
   EXPECT_EQ(a.work.force, b.work.force);
   VectorX x = VectorX::Zero(a.work.force.size()), y = x;
-  SolveAcceleration(a.plant, a.inputs, a.work, &x);
-  SolveAcceleration(b.plant, b.inputs, b.work, &y);
+  SolveAcceleration(a.plant, a.inputs, &a.work, &x);
+  SolveAcceleration(b.plant, b.inputs, &b.work, &y);
   EXPECT_EQ(x, y);
 }
 
@@ -287,16 +291,16 @@ TEST(Plant, EveryEffectChangesTheForces) {
   // The other half of the claim: each effect named does something at a moving, deformed state.
   Robot base = PaperRobot(10, 16);
   base.arms[0].material.density_kg_m3 = 1100;
-  const Evaluated off(base, 1.0, 15);
+  Evaluated off(base, 1.0, 15);
   VectorX a0 = off.work.force;
-  SolveAcceleration(off.plant, off.inputs, off.work, &a0);
+  SolveAcceleration(off.plant, off.inputs, &off.work, &a0);
   const Effects all = EveryEffect();
   const auto expect_change = [&](const char* name, auto enable) {
     Robot robot = base;
     enable(&robot.effects);
     Evaluated on(robot, 1.0, 15);
     VectorX a = a0;
-    SolveAcceleration(on.plant, on.inputs, on.work, &a);
+    SolveAcceleration(on.plant, on.inputs, &on.work, &a);
     EXPECT_GT((a - a0).norm(), 1e-6) << name;
   };
   expect_change("weight", [](Effects* e) { e->weight = true; });

@@ -26,9 +26,6 @@ Robot Loaded() {
   robot.root = ClampedRoot{};
   robot.effects = tests::EveryEffect();
   robot.effects.current_m_s = Vector3(0.2, -0.3, 0.25);
-  // Not in the tangent: how the mantle's lateral added mass turns with its shape.
-  robot.effects.lateral_added_mass = false;
-  robot.effects.contained_water = false;
   Arm& arm = robot.arms[0];
   ArmCable reel;
   reel.name = "reel";

@@ -95,7 +95,7 @@ TEST(Integrators, ConvergeAtTheirOrder) {
   } cases[] = {{Integrator::kBackwardEuler, 0.001, 1},
                {Integrator::kSdirk2, 0.004, 2},
                {Integrator::kSdirk3, 0.004, 3},
-               {Integrator::kRk4, 0.002, 4}};
+               {Integrator::kRk4, 0.001, 4}};
   for (const auto& c : cases) {
     const double coarse = (EndOf(robot, c.integrator, c.step, duration) - exact).norm();
     const double fine = (EndOf(robot, c.integrator, 0.5 * c.step, duration) - exact).norm();
@@ -244,7 +244,7 @@ TEST(EnergyAccounts, DriftFallsAtTheIntegratorsOrder) {
   } cases[] = {{Integrator::kBackwardEuler, 0.001, 1},
                {Integrator::kSdirk2, 0.004, 2},
                {Integrator::kSdirk3, 0.0005, 3},  // two terms nearly cancel at 4 ms
-               {Integrator::kRk4, 0.002, 4}};
+               {Integrator::kRk4, 0.001, 4}};
   const Robot robot = GentleArm();
   for (const auto& c : cases) {
     const double coarse = CompleteRun(robot, Settings(c.integrator, c.step, 0.4)).energy_drift;

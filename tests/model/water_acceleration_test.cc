@@ -83,9 +83,11 @@ TEST(WaterAcceleration, HeldArmFeelsMorisonsInertiaForce) {  // (rho_w A + added
   ASSERT_FALSE(EvaluateForces(plant, InitialState(plant), inputs, &work));
   VectorX held = VectorX::Zero(plant.velocity_size()), image = held;
   double displaced = 0, added = 0;
-  for (const RodNode& n : plant.rods[0].nodes) {
-    displaced += 1022 * n.weight_m * n.section.area_m2;
-    added += n.added_mass_kg;
+  for (const auto* places : {&plant.rods[0].nodes, &plant.rods[0].middles}) {
+    for (const RodNode& n : *places) {
+      displaced += 1022 * n.weight_m * n.section.area_m2;
+      added += n.added_mass_kg;
+    }
   }
   held.head<6>() = inputs.root_acceleration;
   for (int i = 1; i <= 10; ++i) held(plant.ArmVelocity(0, i) + 4) = inputs.root_acceleration(4);

@@ -58,6 +58,12 @@ TEST(MantleCompare, PaperSwimsWithinFivePercentOfTheBodyLength) {
   constexpr double kPath = 0.05;  // what is asked of four segments and three mantle coordinates
   EXPECT_LT(summary.at("reduced_error_root"), kPath);
   EXPECT_GT(summary.at("reduced_error_root"), 0.0);
+  // Both models' warnings, in the summary and on standard error.
+  for (const char* model : {"full model: mantle: ", "reduced model: mantle: "}) {
+    EXPECT_NE(outcome.err.find(std::string("mantle: warning: paper: ") + model), std::string::npos)
+        << outcome.err;
+  }
+  EXPECT_GE(summary.at("warnings").size(), 2u);
 }
 
 TEST(MantleCompare, ErrorsAreThoseOfTheTwoTrajectories) {

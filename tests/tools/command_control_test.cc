@@ -68,7 +68,12 @@ class ClosedLoopRun : public testing::Test {
 TEST_F(ClosedLoopRun, LeavesSummaryTrajectoryTelemetryAndSolverTimes) {
   const Outcome outcome = Run("--out out");
   ASSERT_EQ(outcome.status, 0) << outcome.err;
-  EXPECT_EQ(outcome.err, "");
+  // Nothing but warnings of the run: the mantle works beyond the pressure of its lobes.
+  EXPECT_NE(outcome.err.find("goes into lobes"), std::string::npos) << outcome.err;
+  std::istringstream lines(outcome.err);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_EQ(line.rfind("mantle: warning: ", 0), 0u) << line;
+  }
   for (const char* told : {"4 waypoints in turn", "error", "waypoint 1", "index", "median / p99",
                            "% of 1 Mbit/s", "5 of 5 stopped as they should, no emergency"}) {
     EXPECT_NE(outcome.out.find(told), std::string::npos) << told << "\n" << outcome.out;

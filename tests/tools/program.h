@@ -58,6 +58,25 @@ inline Outcome Mantle(const std::filesystem::path& folder, const std::string& ar
   return outcome;
 }
 
+/// What was said on standard error apart from warnings, and the number of these: a warning is one
+/// line that begins with "mantle: warning: ".
+struct Said {
+  std::string complaints;
+  int warnings{0};
+};
+inline Said SaidOf(const std::string& err) {
+  Said said;
+  std::istringstream in(err);
+  for (std::string line; std::getline(in, line);) {
+    if (line.rfind("mantle: warning: ", 0) == 0) {
+      ++said.warnings;
+    } else {
+      said.complaints += line + "\n";
+    }
+  }
+  return said;
+}
+
 inline nlohmann::json ReadJson(const std::filesystem::path& path) {
   return nlohmann::json::parse(ReadFile(path));
 }

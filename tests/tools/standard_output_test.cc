@@ -45,7 +45,8 @@ TEST(StandardOutput, ThatCannotBeWrittenIsStatusOneInOneLineForEveryCommand) {
   for (const std::string& command : Commands()) {
     const Outcome outcome = Mantle(folder, command + " >/dev/full");
     EXPECT_EQ(outcome.status, 1) << command;
-    EXPECT_EQ(outcome.err, "mantle: standard output cannot be written: No space left on device\n")
+    EXPECT_EQ(SaidOf(outcome.err).complaints,
+              "mantle: standard output cannot be written: No space left on device\n")
         << command;
   }
   // What was done is there all the same.
@@ -76,7 +77,8 @@ TEST(StandardOutput, AWorseEndingKeepsItsStatus) {
                                              " --set effects.jet_thrust.runaway=1e-6 --out out "
                                              "--json >/dev/full");
   EXPECT_EQ(stopped.status, 3) << stopped.err;
-  EXPECT_EQ(std::count(stopped.err.begin(), stopped.err.end(), '\n'), 1) << stopped.err;
+  const std::string complaints = SaidOf(stopped.err).complaints;
+  EXPECT_EQ(std::count(complaints.begin(), complaints.end(), '\n'), 1) << stopped.err;
 }
 
 TEST(StandardOutput, AComplaintIsOneLineWhateverItQuotes) {

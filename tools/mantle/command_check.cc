@@ -140,8 +140,8 @@ Json CheckReport(const SceneOptions& options, const scene::Scene& scene,
   if (plant.shell) {
     const model::LobedBuckling lobes = model::FindLobedBuckling(*plant.shell);
     const double working = WorkingPressure(scene, plant);
-    j["lobed_buckling"] = LobedBucklingJson(lobes, working);
-    j["warnings"] = model::LobedBucklingWarnings(lobes, working);
+    j["lobed_buckling"] = LobedBucklingJson(model::LobedBucklingMargin{lobes, working, {}});
+    j["warnings"] = model::LobedBucklingWarnings({lobes, working, {}});
   }
   if (!scene.has_time) return j;
   const Cost cost = MeasureCost(options, scene, plant);

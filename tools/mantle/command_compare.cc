@@ -83,6 +83,12 @@ int Compare(const SceneOptions& options) {
                              : Interrupted()  ? "interrupted"
                              : full.result.ok ? "reduced model: " + quick.result.reason
                                               : "full model: " + full.result.reason;
+  std::vector<std::string> warnings;
+  for (const auto& [name, run] : {std::pair{"full model", &full}, {"reduced model", &quick}}) {
+    for (const std::string& w : run->result.warnings) {
+      warnings.push_back(fmt::format("{}: {}", name, w));
+    }
+  }
   for (const auto& [name, run] : {std::pair{"full.csv", &full}, std::pair{"reduced.csv", &quick}}) {
     OutputFile file(folder.partial(), name, TrajectoryTitles(small->plant));
     for (const model::Sample& s : run->samples) file.Write(TrajectoryRow(small->plant, s));
@@ -95,6 +101,7 @@ int Compare(const SceneOptions& options) {
   summary["sim_time_s"] = std::min(full.result.sim_time_s, quick.result.sim_time_s);
   summary["body_length_m"] = small->plant.body_length_m;
   summary.update(ReducedErrors(small->plant, full.samples, quick.samples));
+  summary["warnings"] = warnings;
   summary["full"] = {{"wall_time_s", full.wall_s},
                      {"steps", full.result.counters.steps},
                      {"ok", full.result.ok},
@@ -133,6 +140,7 @@ int Compare(const SceneOptions& options) {
   }
   ReportBeside(options.report, complete ? folder.folder() : folder.partial(),
                options.json || !complete);
+  ComplainOfWarnings(scene.name, warnings);
   return complete ? 0 : kExitCannotContinue;
 }
 

@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "mantle/version.h"
+#include "model/buckling.h"
 #include "model/motion_modes.h"
 #include "model/static_problem.h"
 #include "model/statics.h"
@@ -18,15 +19,18 @@ namespace {
 constexpr const char* kHelp =
     "Linearised motions about the reference shape or an equilibrium.\nFrequencies, damping, growth "
     "rates and shapes, with the water's added mass and "
-    "every load.\nWrites summary.json and shapes.csv (docs/outputs.md).\n\n"
+    "every load. With --buckling also the load factors at which the reference\nshape buckles.\n"
+    "Writes summary.json and shapes.csv (docs/outputs.md).\n\n"
     "  mantle modes scenes/arm_vibration.toml\n"
-    "  mantle modes scenes/arm_static.toml --about static --count 6\n\n"
+    "  mantle modes scenes/arm_static.toml --about static --count 6\n"
+    "  mantle modes scenes/arm_static.toml --buckling 3\n\n"
     "Exit status 0: found. 2: bad input, nothing changed. 3: no equilibrium, or no convergence.";
 
 struct ModesOptions {
   SceneOptions scene;
   std::string about{"reference"};
   int count{8};
+  int buckling{0};
 };
 
 // Where the robot rests and under what.
@@ -105,6 +109,12 @@ void PrintTable(const Json& j, const std::filesystem::path& folder) {
           mode["frequency_hz"].get<double>(), mode["damping_ratio"].get<double>(),
           mode["growth_rate_1_s"].get<double>(), mode["unstable"] == true ? "  grows" : "");
   }
+  for (const auto& load : j["buckling_load_factors"]) {
+    Print("  buckles at load factor {:.6g}\n", load.get<double>());
+  }
+  if (j["buckling_load_factors"].is_array() && j["buckling_load_factors"].empty()) {
+    Print("  no load buckles it below load factor {:.0e}\n", model::kLargestFactor);
+  }
   Print("  results in {}\n", folder.string());
 }
 
@@ -132,6 +142,13 @@ int FindModes(const ModesOptions& options) {
       failure = error.what();
     }
   }
+  model::BucklingResult buckling;
+  if (failure.empty() && options.buckling > 0) {
+    buckling = InScene(options.scene, [&] {
+      return model::FindBucklingLoads(plant, scene.statics.time_s, options.buckling);
+    });
+    if (!buckling.ok) failure = "buckling: " + buckling.reason;
+  }
   if (!failure.empty()) {
     Complain("{}: {}", scene.name, failure);
     return kExitCannotContinue;
@@ -144,6 +161,11 @@ int FindModes(const ModesOptions& options) {
   j["modes"] = Json::array();
   for (std::size_t k = 0; k < modes.size(); ++k) {
     j["modes"].push_back(ModeJson(modes[k], static_cast<int>(k) + 1));
+  }
+  j["buckling_load_factors"] = Json();
+  if (options.buckling > 0) {
+    j["buckling_load_factors"] = Json::array();
+    for (const auto& load : buckling.loads) j["buckling_load_factors"].push_back(load.load_factor);
   }
   j["effects"] = EffectNames(plant.robot.effects);
   j["overrides"] = options.scene.overrides;
@@ -170,6 +192,10 @@ void AddModesCommand(CLI::App& app, int& exit_status) {
       ->check(CLI::IsMember({"reference", "static"}));
   command->add_option("--count", options.count, "how many, those nearest to zero first")
       ->check(CLI::Range(1, 60));
+  command
+      ->add_option("--buckling", options.buckling,
+                   "how many load factors of buckling, those nearest to zero first")
+      ->check(CLI::Range(1, 20));
   command->callback([&exit_status] { exit_status = FindModes(options); });
 }
 

@@ -250,12 +250,8 @@ class RunJob {
     }
     ReportBeside(options_.scene.report, complete ? folder_->folder() : folder_->partial(),
                  options_.scene.json || !complete);
-    if (complete) {
-      for (const std::string& warning : result.warnings) {
-        Complain("warning: {}: {}", scene_.name, warning);
-      }
-      return 0;
-    }
+    ComplainOfWarnings(scene_.name, result.warnings);
+    if (complete) return 0;
     const bool as_asked = result.ok && !Interrupted();
     return as_asked ? 0 : kExitCannotContinue;
   }

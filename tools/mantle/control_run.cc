@@ -240,6 +240,7 @@ class ControlJob {
     PrintResults(summary, complete);
     ReportBeside(scene_options_.report, complete ? folder_->folder() : folder_->partial(),
                  scene_options_.json || !complete);
+    ComplainOfWarnings(scene_.name, result.plant.warnings);
     if (complete && lcm_->counters().publish_failures > 0) {
       Complain("--lcm: {}: {} messages were not taken by the network", options_.lcm_url,
                lcm_->counters().publish_failures);

@@ -140,6 +140,7 @@ int RunReducedScene(const SceneOptions& options, int shape_every) {
   }
   ReportBeside(options.report, complete ? folder.folder() : folder.partial(),
                options.json || !complete);
+  ComplainOfWarnings(scene.name, result.warnings);
   return complete ? 0 : kExitCannotContinue;
 }
 

@@ -90,13 +90,6 @@ void AppendRow(std::string* text, const Values&... values) {
 
 }  // namespace
 
-Json LobedBucklingJson(const model::LobedBuckling& lobes, double working_pa) {
-  return {{"working_pa", working_pa},
-          {"ends_free_pa", lobes.free_pa},
-          {"ends_held_pa", lobes.held_pa},
-          {"lobes", lobes.held_lobes}};
-}
-
 Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsResult& r,
                    double wall_time_s, const std::vector<std::string>& overrides) {
   Json j;
@@ -135,16 +128,13 @@ Json StaticSummary(const scene::Scene& scene, const Plant& plant, const StaticsR
   const model::LargestStrain strain = model::FindLargestStrain(plant, work);
   std::vector<std::string> warnings = StabilityWarnings(r);
   for (auto& w : model::StrainWarnings(strain)) warnings.push_back(w);
-  j["largest_strain"] =
-      strain.body.empty()
-          ? Json()
-          : Json{{"value", strain.value}, {"body", strain.body}, {"arc_length_m", strain.x_m}};
+  j["largest_strain"] = StrainJson(strain);
   j["lobed_buckling"] = Json();
   if (plant.shell) {
     const model::LobedBuckling lobes = model::FindLobedBuckling(*plant.shell);
     const double working = model::InwardPressure(plant, inputs, r.cable_tension_n);
-    j["lobed_buckling"] = LobedBucklingJson(lobes, working);
-    for (auto& w : model::LobedBucklingWarnings(lobes, working)) warnings.push_back(w);
+    j["lobed_buckling"] = LobedBucklingJson(model::LobedBucklingMargin{lobes, working, {}});
+    for (auto& w : model::LobedBucklingWarnings({lobes, working, {}})) warnings.push_back(w);
   }
   j["warnings"] = warnings;
   j["volume_m3"] = plant.shell ? Json{{"initial", plant.shell->rest_volume_m3},

@@ -17,9 +17,6 @@ Json StaticSummary(const scene::Scene& scene, const model::Plant& plant,
                    const model::StaticsResult& result, double wall_time_s,
                    const std::vector<std::string>& overrides);
 
-/// Pressures of lobed buckling beside the working pressure [Pa].
-Json LobedBucklingJson(const model::LobedBuckling& lobes, double working_pa);
-
 /// path.csv: load_factor, unstable_directions, volume, tips, one row per converged point.
 std::string StaticPathCsv(const model::Plant& plant, const model::StaticsResult& result);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "mantle/version.h"
+#include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
 
 namespace mantle::tools {
@@ -76,6 +77,27 @@ Json VectorJson(const model::Vector3& v) { return Json::array({v.x(), v.y(), v.z
 
 std::string Dump(const Json& j) {
   return j.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+Json StrainJson(const model::LargestStrain& strain) {
+  if (strain.body.empty()) return {};
+  Json j = {{"value", strain.value}, {"body", strain.body}, {"arc_length_m", strain.x_m}};
+  if (strain.time_s) j["time_s"] = *strain.time_s;
+  return j;
+}
+
+Json LobedBucklingJson(const std::optional<model::LobedBucklingMargin>& margin) {
+  if (!margin) return {};
+  Json j = {{"working_pa", margin->working_pa},
+            {"ends_free_pa", margin->lobes.free_pa},
+            {"ends_held_pa", margin->lobes.held_pa},
+            {"lobes", margin->lobes.held_lobes}};
+  if (margin->time_s) j["time_s"] = *margin->time_s;
+  return j;
+}
+
+void ComplainOfWarnings(const std::string& scene, const std::vector<std::string>& warnings) {
+  for (const std::string& warning : warnings) Complain("warning: {}: {}", scene, warning);
 }
 
 Json PoseJson(const model::Pose& pose) {
@@ -192,6 +214,8 @@ Json RunSummary(const RunReport& report) {
   j["energy_drift_scale_j"] =
       r.balance_defined && accounted ? Json(r.energy_drift_scale_j) : Json();
   j["warnings"] = r.warnings;
+  j["largest_strain"] = StrainJson(r.largest_strain);
+  j["lobed_buckling"] = LobedBucklingJson(r.lobed_buckling);
   j["final"] = FinalJson(plant, r.last);
   j["volume_m3"] = plant.shell ? Json{{"initial", report.volume.initial_m3},
                                       {"final", r.last.volume_m3},

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,6 +46,14 @@ const char* IntegratorName(model::Integrator integrator);
 /// Indented text, with a line feed at its end. What is not UTF-8 (a name from the command line) is
 /// shown as U+FFFD.
 std::string Dump(const Json& j);
+
+/// What the model's assumptions cannot show by themselves (model/validity.h); null where there is
+/// nothing to say it of.
+Json StrainJson(const model::LargestStrain& strain);
+Json LobedBucklingJson(const std::optional<model::LobedBucklingMargin>& margin);
+
+/// The warnings of a summary, one line each, to standard error.
+void ComplainOfWarnings(const std::string& scene, const std::vector<std::string>& warnings);
 
 Json PoseJson(const model::Pose& pose);
 Json VectorJson(const model::Vector3& v);
