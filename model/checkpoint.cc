@@ -13,7 +13,7 @@
 namespace mantle::model {
 namespace {
 
-constexpr const char* kMagic = "mantle-checkpoint-5";
+constexpr const char* kMagic = "mantle-checkpoint-6";
 
 class Writer {
  public:

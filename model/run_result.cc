@@ -61,6 +61,12 @@ RunResult Simulation::Result() {
   result.balance_defined = plant_.exact();
   result.power_balance_residual = account_.worst_balance;
   result.power_balance_scale_w = account_.worst_balance_scale_w;
+  const double start_scale_w =
+      std::max(account_.start_scale_w, kNegligiblePower * account_.largest_scale_w);
+  if (account_.start_imbalance_w > result.power_balance_residual * start_scale_w) {
+    result.power_balance_residual = account_.start_imbalance_w / start_scale_w;
+    result.power_balance_scale_w = start_scale_w;
+  }
   result.work_names = energy_.names();
   result.work_j = energy_.work_j();
   result.dissipated_j = energy_.dissipated_j();

@@ -13,9 +13,7 @@ namespace mantle::model {
 namespace {
 
 constexpr double kSameTime_s = 1e-12;
-// Powers below this share of the run's largest are round-off of the stresses: a balance is not
-// relative to them.
-constexpr double kNegligiblePower = 1e-6;
+
 void RefuseTolerance(const StepperSettings& s) {
   if (s.step_tolerance == 0.0) return;
   if (s.integrator == Integrator::kCvode) {
@@ -275,7 +273,11 @@ Sample Simulation::Observe() {
                                       s.energies.magnitude() / settings_.duration_s});
   if (plant_.exact() && s.power_balance_scale_w > 0.0) {
     s.power_balance_residual = std::abs(balance.residual_w) / s.power_balance_scale_w;
-    if (s.power_balance_residual >= account_.worst_balance) {
+    if (counters().steps == 0) {
+      // At rest powers are round-off; what they are small against the run will show.
+      account_.start_imbalance_w = std::abs(balance.residual_w);
+      account_.start_scale_w = s.power_balance_scale_w;
+    } else if (s.power_balance_residual >= account_.worst_balance) {
       account_.worst_balance = s.power_balance_residual;
       account_.worst_balance_scale_w = s.power_balance_scale_w;
     }

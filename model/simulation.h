@@ -140,6 +140,10 @@ class Simulation {
   void Restore(const std::string& checkpoint);
 
  private:
+  /// Powers below this share of the run's largest are round-off of the stresses: a balance is not
+  /// relative to them.
+  static constexpr double kNegligiblePower = 1e-6;
+
   StepStatus TakeStep(double limit_s);
   void AccountStep(double h);
   StepStatus CrossKink();
@@ -166,6 +170,7 @@ class Simulation {
     double ratio_s{0}, positive_ratio_s{0}, ratio_time_s{0}, time_s{0};
     double output_j{0}, positive_output_j{0}, input_j{0};
     double largest_scale_w{0}, worst_balance{0}, worst_balance_scale_w{0};
+    double start_imbalance_w{0}, start_scale_w{0};  // before the first step
     ValidityRecord validity;
   } account_;
 };

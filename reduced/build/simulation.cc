@@ -14,7 +14,9 @@ namespace {
 constexpr double kSameTime_s = 1e-12;
 constexpr int kSettling = 60;       // Newton's iterations to the model's own equilibrium
 constexpr double kSettled = 1e-12;  // relative change of the coordinates
-constexpr double kMoving = 1e-12;   // velocity relative to a rigid robot's: above round-off
+// A start that the coordinates miss by more is told of: share of the body's length, and rad.
+constexpr double kMissedLength = 0.01, kMissedAngle_rad = 0.05;
+constexpr double kMoving = 1e-12;  // velocity relative to a rigid robot's: above round-off
 
 }  // namespace
 
@@ -60,7 +62,30 @@ ReducedSimulation::ReducedSimulation(const ReducedPlant& model, const ReducedRun
     throw model::BadRobot(
         "initial shape and velocities: cannot be projected onto the reduced coordinates");
   }
-  if (model.robot.initial == model::InitialShape::kEquilibrium) Settle();
+  if (model.robot.initial == model::InitialShape::kEquilibrium) {
+    Settle();
+  } else {
+    CompareStart(start);
+  }
+}
+
+// How far the shape that the run starts in is from the one that the scene gives.
+void ReducedSimulation::CompareStart(const model::PlantState& start) {
+  projection_.Lift(state_, &lifted_);
+  double distance_m = 0, angle_rad = 0;
+  for (std::size_t i = 0; i < start.pose.size(); ++i) {
+    const Vector6 d = model::LogSE3(model::Inverse(lifted_.pose[i]) * start.pose[i]);
+    angle_rad = std::max(angle_rad, d.head<3>().norm());
+    distance_m = std::max(distance_m, (start.pose[i].position - lifted_.pose[i].position).norm());
+  }
+  if (distance_m < kMissedLength * model_.plant.body_length_m && angle_rad < kMissedAngle_rad) {
+    return;
+  }
+  start_warnings_.push_back(fmt::format(
+      "initial shape: the reduced coordinates miss it by {:.3g} m and {:.3g} rad, bounds {:.3g} m "
+      "and {:.3g} rad: the run starts in the nearest shape that they have; more of reduced.arms' "
+      "strains or segments come nearer",
+      distance_m, angle_rad, kMissedLength * model_.plant.body_length_m, kMissedAngle_rad));
 }
 
 // From the plant's equilibrium to the model's own: R(q) = 0 at rest in the earth, by Newton.
@@ -180,6 +205,7 @@ model::RunResult ReducedSimulation::Run(const std::function<bool(const model::Sa
   result.counters = counters_;
   result.last = Observe();
   result.balance_defined = false;
+  result.warnings = start_warnings_;
   AddValidity(model_.plant, validity_, &result);
   for (std::string& w : guard_.Warnings()) result.warnings.push_back(std::move(w));
   result.drops = drops_;

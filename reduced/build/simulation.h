@@ -48,6 +48,7 @@ class ReducedSimulation {
 
  private:
   void Settle();
+  void CompareStart(const model::PlantState& start);
 
   const ReducedPlant& model_;
   ReducedRunSettings settings_;
@@ -64,6 +65,7 @@ class ReducedSimulation {
   model::StepCap step_cap_;
   bool stepped_{false};  // state_ is where work_'s step ended, and no break point
   model::StepCounters counters_;
+  std::vector<std::string> start_warnings_;
   MantleGuard guard_;
   model::ValidityRecord validity_;
   model::EvaluationFailure lifted_failure_;

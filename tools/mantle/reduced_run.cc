@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -34,6 +35,25 @@ struct Extremes {
     last = x;
   }
 };
+
+// Of what the command line sets, the keys by which the plant steps; a reduced run has its own.
+std::vector<std::string> OverridesOfThePlant(const std::vector<std::string>& overrides) {
+  constexpr std::array<std::string_view, 7> kPlants = {
+      "time.integrator",         "time.step",
+      "time.tolerance",          "time.newton_tolerance",
+      "time.relative_tolerance", "time.absolute_tolerance",
+      "time.newton_iterations"};
+  std::vector<std::string> warnings;
+  for (const std::string& set : overrides) {
+    const std::string_view key = std::string_view(set).substr(0, set.find_first_of("= "));
+    if (std::find(kPlants.begin(), kPlants.end(), key) == kPlants.end()) continue;
+    warnings.push_back(
+        fmt::format("--set {}: acts in the plant only; a reduced run steps by reduced.integrator, "
+                    "reduced.step and reduced.tolerance",
+                    key));
+  }
+  return warnings;
+}
 
 // Angle between two directions e3.
 double HeadingDifference(const model::Pose& a, const model::Pose& b) {
@@ -95,7 +115,7 @@ int RunReducedScene(const SceneOptions& options, int shape_every) {
   CatchInterrupts();
   Progress progress(0.0, scene.run.duration_s, "s", true);
   const auto begin = std::chrono::steady_clock::now();
-  const model::RunResult result = simulation.Run([&](const Sample& sample) {
+  model::RunResult result = simulation.Run([&](const Sample& sample) {
     progress.Update(sample.time_s);
     trajectory.Write(TrajectoryRow(model->plant, sample));
     if (log) {
@@ -105,6 +125,9 @@ int RunReducedScene(const SceneOptions& options, int shape_every) {
     if (model->plant.shell) volume.Add(sample.volume_m3);
     return !Interrupted();
   });
+  for (std::string& w : OverridesOfThePlant(options.overrides)) {
+    result.warnings.push_back(std::move(w));
+  }
   const double wall_s =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   progress.Finish();
