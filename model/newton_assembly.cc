@@ -82,12 +82,16 @@ void NewtonMatrix::AssembleArm(const Plant& plant, int a, const PlantState& stat
                              bool inertia, Matrix6* form) {
     Matrix6& d = *form;
     const Vector6 m = place.FullInertia();
-    if (s > 0.0 && inertia) {
-      const Matrix6 ad = SmallAdjoint(eta);
+    if (s > 0.0 && inertia) {  // s^2 M + chart s M ad_eta - s ad_eta^T M - s N(M eta)
+      const Vector6 p = m.cwiseProduct(eta);
+      const Matrix3 w = Hat(eta.head<3>()), v = Hat(eta.tail<3>());
+      const Matrix3 rotary = m.head<3>().asDiagonal(), mass = m.tail<3>().asDiagonal();
+      const Matrix3 force = Hat(p.tail<3>()), turning = w * mass;
       d.diagonal() += s * s * m;
-      d += (chart * s) * (m.asDiagonal() * ad);
-      d -= s * (ad.transpose() * m.asDiagonal());
-      d -= s * CoadjointMatrix(m.cwiseProduct(eta));
+      d.topLeftCorner<3, 3>() += s * (chart * (rotary * w) + w * rotary - Hat(p.head<3>()));
+      d.topRightCorner<3, 3>() += s * (v * mass - force);
+      d.bottomLeftCorner<3, 3>() += s * (chart * (mass * v) - force);
+      d.bottomRightCorner<3, 3>() += s * (turning - chart * turning.transpose());
     }
     const bool loaded = inertia && node >= 0 && !rod.payloads.empty();
     const Matrix6 payload = loaded ? PayloadInertia(plant, work, a, node) : Matrix6::Zero();

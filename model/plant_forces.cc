@@ -137,6 +137,8 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
   }
 
   Vector6 root_loads = Vector6::Zero();  // frozen coupling: external loads, about the root
+  // Exact coupling: the internal loads, about the root's origin in the world's axes.
+  Vector3 internal_moment = Vector3::Zero(), internal_force = Vector3::Zero();
   const auto loads_on = [&](const RodNode& place, const Pose& g, const Vector6& eta,
                             SectionMotion* motion) {
     *motion = {g.rotation, eta, inputs.water_acceleration_m_s2};
@@ -145,9 +147,11 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
       motion->twist += AdjointInverseTimes(g, root_twist);
     }
     const PlaceLoads loads = EvaluateLoads(rod, place, *motion, inputs, first_distributed);
-    if (plant.exact() && !loads.internal.isZero(0.0)) {  // its reaction, on the root
-      work->force.head<6>() -=
-          AdjointInverseTransposeTimes(Inverse(state.pose[0]) * g, loads.internal);
+    if (plant.exact() && !loads.internal.isZero(0.0)) {
+      const Vector3 force = g.rotation * loads.internal.tail<3>();
+      internal_force += force;
+      internal_moment += g.rotation * loads.internal.head<3>() +
+                         (g.position - state.pose[0].position).cross(force);
     }
     return loads;
   };
@@ -195,8 +199,15 @@ void AddRodForces(const Plant& plant, int a, const PlantState& state, const Plan
           AdjointInverseTransposeTimes(g, loads.external + loads.actuation - loads.internal);
     }
   }
-  work->force.head<6>() +=
-      plant.exact() ? AdjointInverseTransposeTimes(rod.mount, base) : root_loads;
+  if (!plant.exact()) {
+    work->force.head<6>() += root_loads;
+    return;
+  }
+  work->force.head<6>() += AdjointInverseTransposeTimes(rod.mount, base);
+  if (internal_force.isZero(0.0) && internal_moment.isZero(0.0)) return;
+  const Eigen::Quaterniond to_root = state.pose[0].rotation.conjugate();  // their reaction
+  work->force.head<3>() -= to_root * internal_moment;
+  work->force.segment<3>(3) -= to_root * internal_force;
 }
 
 EvaluationFailure AddShellForces(const Plant& plant, const PlantState& state,

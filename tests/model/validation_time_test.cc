@@ -95,12 +95,20 @@ TEST(Integrators, ConvergeAtTheirOrder) {
   } cases[] = {{Integrator::kBackwardEuler, 0.001, 1},
                {Integrator::kSdirk2, 0.004, 2},
                {Integrator::kSdirk3, 0.004, 3},
-               {Integrator::kRk4, 0.001, 4}};
+               {Integrator::kRk4, 0.002, 4}};
   for (const auto& c : cases) {
-    const double coarse = (EndOf(robot, c.integrator, c.step, duration) - exact).norm();
-    const double fine = (EndOf(robot, c.integrator, 0.5 * c.step, duration) - exact).norm();
-    constexpr double kSlack = 0.5;  // the next term of the expansion still shows
-    EXPECT_NEAR(Order(coarse, fine), c.order, kSlack) << c.order << ": " << coarse << " " << fine;
+    Vector6 error[3];
+    for (int k : {0, 1, 2}) {
+      error[k] = EndOf(robot, c.integrator, c.step * std::pow(0.5, k), duration) - exact;
+    }
+    // Of e(h) = a h^p + b h^(p+1) the second term, which for RK4 still shows at any step above
+    // round-off, goes out of 2^(p+1) e(h/2) - e(h) = a h^p.
+    const double next = std::pow(2.0, c.order + 1);
+    const double coarse = (next * error[1] - error[0]).norm();
+    const double fine = (next * error[2] - error[1]).norm();
+    constexpr double kSlack = 0.3;  // the term after that
+    EXPECT_NEAR(Order(coarse, fine), c.order, kSlack)
+        << c.order << ": " << error[0].norm() << " " << error[1].norm() << " " << error[2].norm();
   }
 }
 
@@ -243,7 +251,9 @@ TEST(EnergyAccounts, DriftFallsAtTheIntegratorsOrder) {
     int order;
   } cases[] = {{Integrator::kBackwardEuler, 0.001, 1},
                {Integrator::kSdirk2, 0.004, 2},
-               {Integrator::kSdirk3, 0.0005, 3},  // two terms nearly cancel at 4 ms
+               // At 4 ms higher terms still show; below 0.5 ms what Newton's iteration leaves of
+               // the increments at round-off, times s^2.
+               {Integrator::kSdirk3, 0.002, 3},
                {Integrator::kRk4, 0.001, 4}};
   const Robot robot = GentleArm();
   for (const auto& c : cases) {
@@ -307,6 +317,25 @@ TEST(Stepper, AllocatesNothingAfterTheFirstStep) {
     }
     EXPECT_EQ(tests::allocation_count - before, 0) << "integrator " << static_cast<int>(integrator);
   }
+}
+
+TEST(Stepper, SolvesAStageInAFewIterationsFromTheFirstStepOn) {
+  // Cables and a pulse at work at once: the second step's start is 0.06 rad off, where a matrix of
+  // that start contracts by 0.3 only.
+  const Plant plant(Swimmer(10, 16));
+  StepperSettings settings;
+  settings.integrator = Integrator::kSdirk3;
+  const auto stepper = MakeStepper(plant, settings);
+  PlantState state = InitialState(plant);
+  constexpr int kSteps = 50;
+  for (int k = 0; k < kSteps; ++k) {
+    const StepStatus status = stepper->Step(0.005, &state, nullptr);
+    ASSERT_TRUE(status.ok) << status.reason;
+  }
+  const StepCounters& c = stepper->counters();
+  constexpr int kStages = 3, kPerStage = 3, kMatricesPerStep = 2;
+  EXPECT_LE(c.newton_iterations, kPerStage * kStages * kSteps);
+  EXPECT_LE(c.factorisations, kMatricesPerStep * kSteps);
 }
 
 TEST(ExplicitRk4, RefusesAStepBeyondItsStabilityLimit) {

@@ -131,7 +131,11 @@ TEST(WaterAcceleration, NeutralArmTowedAgainstArmInTheOpposedCurrent) {
   reduced::ReducedSimulation run(model, reduced_settings);
   const RunResult c = run.Run();
   ASSERT_TRUE(c.ok) << c.reason;
-  EXPECT_LT((c.last.tips[0].position - b.last.tips[0].position).norm(), 0.01 * 0.42);
+  // Eight segments are 0.9 % from the plant's limit; its own mesh of 12 adds 0.2 %, on the other
+  // side.
+  held.arms[0].elements = 24;
+  const RunResult fine = tests::CompleteRun(held, settings);
+  EXPECT_LT((c.last.tips[0].position - fine.last.tips[0].position).norm(), 0.01 * 0.42);
 }
 
 TEST(WaterAcceleration, OutputsAreTheEarths) {
