@@ -8,6 +8,7 @@
 
 #include "mantle/version.h"
 #include "tools/report/packed_array.h"
+#include "tools/report/telemetry_columns.h"
 
 namespace mantle::tools {
 namespace {
@@ -94,6 +95,21 @@ Json CountersJson(const std::vector<StatusTelemetry>& statuses, const PageOption
   return TableJson({"time_s", "misses", "fallbacks", "safe_decays"}, columns, options);
 }
 
+// Empty where no estimator reports.
+Json EstimateJson(const std::vector<ControlTelemetry>& controls, const PageOptions& options) {
+  std::vector<std::string> titles{"time_s"};
+  for (const auto& [title, value] : EstimateColumns(controls.front())) titles.push_back(title);
+  if (titles.size() == 1) return {};
+  std::vector<std::vector<double>> columns(titles.size());
+  for (const ControlTelemetry& m : controls) {
+    const auto row = EstimateColumns(m);
+    if (row.size() + 1 != columns.size()) continue;
+    columns[0].push_back(Seconds(m.utime));
+    for (std::size_t k = 0; k < row.size(); ++k) columns[k + 1].push_back(row[k].second);
+  }
+  return TableJson(titles, columns, options);
+}
+
 // Where the words change.
 Json StatusJson(const std::vector<StatusTelemetry>& statuses) {
   Json time = Json::array(), mode = Json::array(), solver = Json::array();
@@ -177,16 +193,32 @@ double ShapeThinningError(const std::vector<ShapeTelemetry>& shapes, const Rows&
   return error;
 }
 
-std::size_t FrameBytes(const ShapeTelemetry& m) {
-  const std::size_t numbers = 7 + 3 * m.position.size() + m.strain.size() +
+std::size_t FrameBytes(const ShapeTelemetry& m, bool drag) {
+  const std::size_t numbers = 7 + (drag ? 6 : 3) * m.position.size() + m.strain.size() +
                               2 * m.mantle_profile.size() + m.mantle_strain.size() +
                               3 * m.cable_position.size() + m.cable_tension.size() + 1;
   return numbers * sizeof(std::uint16_t) * 4 / 3 + 1;
 }
 
-Json ShapeJson(const std::vector<ShapeTelemetry>& shapes, std::size_t bytes) {
+// Of each shape the drag of the same instant; empty where not every shape has one.
+std::vector<const WaterTelemetry*> DragOf(const RunRecord& r) {
+  std::vector<const WaterTelemetry*> drag;
+  std::size_t next = 0;
+  for (const ShapeTelemetry& shape : r.shapes) {
+    while (next < r.waters.size() && r.waters[next].utime < shape.utime) ++next;
+    const bool there = next < r.waters.size() && r.waters[next].utime == shape.utime &&
+                       r.waters[next].drag.size() == shape.position.size();
+    if (!there) return {};
+    drag.push_back(&r.waters[next]);
+  }
+  return drag;
+}
+
+Json ShapeJson(const RunRecord& run, std::size_t bytes) {
+  const std::vector<ShapeTelemetry>& shapes = run.shapes;
   const ShapeTelemetry& first = shapes.front();
-  const std::size_t most = std::max(kFewestFrames, bytes / FrameBytes(first));
+  const std::vector<const WaterTelemetry*> drag = DragOf(run);
+  const std::size_t most = std::max(kFewestFrames, bytes / FrameBytes(first, !drag.empty()));
   const Rows kept = EveryKth(shapes.size(), ThinningFor(shapes.size(), most));
   double error = 0;
   const auto pack = [&](auto values) { return Pack(Collect(shapes, kept, values)); };
@@ -255,6 +287,15 @@ Json ShapeJson(const std::vector<ShapeTelemetry>& shapes, std::size_t bytes) {
     point += points;
   }
   j["error_m"] = error + ShapeThinningError(shapes, kept);
+  j["drag"] = Json();
+  if (!drag.empty()) {
+    std::vector<double> nodes, body;
+    for (const std::size_t i : kept) {
+      for (const auto& force : drag[i]->drag) nodes.insert(nodes.end(), force.begin(), force.end());
+      body.insert(body.end(), drag[i]->body_drag.begin(), drag[i]->body_drag.end());
+    }
+    j["drag"] = {{"nodes", Pack(nodes).json}, {"body", Pack(body).json}};
+  }
   return j;
 }
 
@@ -271,11 +312,16 @@ Json RunJson(const RunRecord& r, const PageOptions& options) {
     j["counters"] = CountersJson(r.statuses, options);
     j["status"] = StatusJson(r.statuses);
   }
+  if (!r.controls.empty()) {
+    if (Json estimate = EstimateJson(r.controls, options); !estimate.is_null()) {
+      j["estimate"] = std::move(estimate);
+    }
+  }
   if (!r.shapes.empty()) {
     constexpr std::size_t kLeastForShapes = 200'000;
     const std::size_t others = j.dump(-1, ' ', false, Json::error_handler_t::replace).size();
     const std::size_t left = options.run_bytes > others ? options.run_bytes - others : 0;
-    j["shape"] = ShapeJson(r.shapes, std::max(left, kLeastForShapes));
+    j["shape"] = ShapeJson(r, std::max(left, kLeastForShapes));
   }
   return j;
 }

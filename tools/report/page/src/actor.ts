@@ -2,6 +2,7 @@
 
 import * as three from "three";
 import { Body, type FieldRanges } from "./body";
+import { DragArrows, type DragRanges } from "./drag";
 import { parseColour, runColour } from "./colour";
 import { type Run, numberAt } from "./model";
 import { latest, locate, mix } from "./timeline";
@@ -14,6 +15,7 @@ export interface Layers {
   reference: boolean;
   plan: boolean;
   jet: boolean;
+  drag: boolean;
   grid: boolean;
 }
 
@@ -53,35 +55,44 @@ function referenceTrack(run: Run): Float64Array | null {
 }
 
 function polyline(xyz: Float64Array, material: three.LineBasicMaterial): three.Line {
-  const geometry = new three.BufferGeometry();
-  geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(xyz), 3));
-  const line = new three.Line(geometry, material);
-  line.computeLineDistances();
+  const line = new three.Line(undefined, material);
+  redraw(line, xyz);
   line.frustumCulled = false;
   return line;
+}
+
+/** Gives a line other points. */
+function redraw(line: three.Line, xyz: Float64Array): void {
+  const geometry = new three.BufferGeometry();
+  geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(xyz), 3));
+  line.geometry.dispose();
+  line.geometry = geometry;
+  line.computeLineDistances();
 }
 
 export class Actor {
   readonly group = new three.Group();
   readonly body: Body | null;
-  readonly track: Track | null;
+  track: Track | null;
   visible = true;
   private readonly pathAll: three.Line | null = null;
   private readonly pathPast: three.Line | null = null;
   private readonly marker: three.Mesh | null = null;
   private readonly reference: three.Line | null = null;
-  private readonly referenceXyz: Float64Array | null;
+  private referenceXyz: Float64Array | null;
   private readonly referenceMarker: three.Mesh | null = null;
   private readonly planRoot: three.Line | null = null;
   private readonly planTips: three.Line[] = [];
   private readonly jet: three.ArrowHelper | null = null;
-  private readonly largestThrust: number;
+  private readonly drag: DragArrows | null = null;
+  private largestThrust: number;
 
   /** `index` among the page's runs gives its colour; `bodyLength` [m] the size of marks. */
   constructor(
     readonly run: Run,
     private readonly index: number,
     ranges: FieldRanges,
+    dragged: DragRanges,
     private readonly bodyLength: number,
   ) {
     const { group } = this;
@@ -127,22 +138,35 @@ export class Actor {
       for (let a = 0; a < run.plans.arms; ++a) this.planTips.push(line(0.6));
       group.add(this.planRoot, ...this.planTips);
     }
-    const thrust = run.trajectory?.columns.get("thrust_n");
-    this.largestThrust = thrust === undefined ? 0 : thrust.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
-    if (this.largestThrust > 0 && run.shape?.mantle != null) {
+    this.largestThrust = largestThrustOf(run);
+    if (run.shape != null && run.shape.drag !== null) {
+      this.drag = new DragArrows(run.shape, dragged, bodyLength);
+      group.add(this.drag.object);
+    }
+    if ((this.largestThrust > 0 || run.growing) && run.shape?.mantle != null && run.trajectory?.columns.has("thrust_n") === true) {
       this.jet = new three.ArrowHelper(new three.Vector3(0, 0, -1), new three.Vector3(), 1, 0x56b4e9);
       group.add(this.jet);
     }
   }
 
   /** Which lines there are. */
-  get lines(): { path: boolean; reference: boolean; plan: boolean; jet: boolean } {
+  get lines(): { path: boolean; reference: boolean; plan: boolean; jet: boolean; drag: boolean } {
     return {
       path: this.pathAll !== null,
       reference: this.reference !== null,
       plan: this.planRoot !== null,
       jet: this.jet !== null,
+      drag: this.drag !== null,
     };
+  }
+
+  /** The run has grown. */
+  refresh(): void {
+    this.track = rootTrack(this.run);
+    if (this.track !== null) for (const line of [this.pathAll, this.pathPast]) if (line !== null) redraw(line, this.track.xyz);
+    this.referenceXyz = referenceTrack(this.run);
+    if (this.reference !== null && this.referenceXyz !== null) redraw(this.reference, this.referenceXyz);
+    this.largestThrust = Math.max(this.largestThrust, largestThrustOf(this.run));
   }
 
   setDark(dark: boolean): void {
@@ -190,13 +214,17 @@ export class Actor {
       }
     }
     this.movePlan(t, layers.plan);
+    if (this.drag !== null && this.body !== null) {
+      this.drag.object.visible = layers.drag;
+      if (layers.drag) this.drag.moveTo(t, this.body.root(t, new three.Vector3()));
+    }
     if (this.jet !== null && this.body !== null) {
       const thrust = this.run.trajectory!.columns.get("thrust_n")!;
       const value = mix(thrust, 1, locate(this.run.trajectory!.x, t), 0);
       const along = new three.Vector3();
       const from = new three.Vector3();
       this.body.jet(t, from, along);
-      const length = (0.35 * this.bodyLength * value) / this.largestThrust;
+      const length = (0.35 * this.bodyLength * value) / (this.largestThrust || 1);
       this.jet.visible = layers.jet && Math.abs(length) > 0.004 * this.bodyLength;
       this.jet.position.copy(from);
       this.jet.setDirection(along.multiplyScalar(Math.sign(length) || 1));
@@ -224,6 +252,12 @@ export class Actor {
     copy(this.planRoot, plans.root, 3, 0);
     this.planTips.forEach((line, a) => copy(line, plans.tips, 3 * plans.arms, 3 * a));
   }
+}
+
+function largestThrustOf(run: Run): number {
+  let most = 0;
+  for (const x of run.trajectory?.columns.get("thrust_n") ?? []) most = Math.max(most, Math.abs(x) || 0);
+  return most;
 }
 
 /** Largest extent of the first frame of any run, or what the scene says [m]. */

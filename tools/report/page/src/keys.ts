@@ -5,7 +5,7 @@ import { element } from "./dom";
 const kKeys: [string, string][] = [
   ["Space", "play or pause"],
   ["← →", "0.1 s back or ahead; with Shift 1 s"],
-  ["Home End", "to the beginning, to the end"],
+  ["Home End", "to the beginning, to the end; of a live run: follow the newest"],
   ["+ −", "faster, slower"],
   ["F", "follow the vehicle, or see the whole run"],
   ["1 2 3 4", "look from an angle, along y, along x, from above"],

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/mantle/telemetry.h"
+
+/// Runs in processes of their own, stopped as Ctrl-C stops them: drives stopped, outputs kept.
+
+namespace mantle::tools {
+
+/// `mantle run` as a child. Where this process ends before it, whatever the reason, the run is
+/// stopped (SIGTERM, which it takes as Ctrl-C).
+class RunProcess {
+ public:
+  /// `arguments` of this program. Throws CannotGoOn where the system starts no process. To be
+  /// called from the main thread, which must live as long as the process.
+  explicit RunProcess(const std::vector<std::string>& arguments);
+  /// Stops the run and waits for it.
+  ~RunProcess();
+  RunProcess(const RunProcess&) = delete;
+  RunProcess& operator=(const RunProcess&) = delete;
+
+  /// Its exit status (128 + N where signal N ended it) once it has ended.
+  std::optional<int> Poll();
+  /// Once, whoever asks how often: a second signal would end it at once.
+  void Stop();
+  /// Waits for its end; its exit status.
+  int Wait();
+  pid_t process() const { return process_; }
+
+ private:
+  std::optional<int> Collect(int flags);
+
+  pid_t process_;
+  std::optional<int> status_;
+  bool stopped_{false};
+};
+
+/// Stops the run that a session names, where it runs on this machine and is of this program. The
+/// system allows it for runs of the same user alone. Empty: done; else why not.
+std::string StopSession(const SessionTelemetry& session);
+/// Why StopSession would refuse at once, without the system's word; empty: it may be tried.
+std::string CannotStop(const SessionTelemetry& session);
+
+}  // namespace mantle::tools
