@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <utility>
 
 #include "tools/report/shape_fault.h"
 
@@ -160,7 +160,7 @@ LiveFeed::Text LiveFeed::Next(std::uint64_t* seen, int wait_ms) {
     if (closed_ || sequence_ <= *seen) return nullptr;
   }
   const bool server = server_text_.sequence > *seen, frame = frame_text_.sequence > *seen;
-  *seen = std::max<std::uint64_t>(sequence_, 1);
+  *seen = sequence_;
   if (text.empty() && server != frame) return server ? server_text_.text : frame_text_.text;
   if (server) text += *server_text_.text;
   if (frame) text += *frame_text_.text;

@@ -76,7 +76,8 @@ class LiveFeed final : public TelemetrySink {
   std::optional<PlanTelemetry> plan_;
   std::optional<SessionTelemetry> session_;
   Clock::time_point last_message_{}, last_session_{}, last_other_{}, last_server_{};
-  std::uint64_t messages_{0}, refused_{0}, restarts_{0}, sequence_{0};
+  std::uint64_t messages_{0}, refused_{0}, restarts_{0};
+  std::uint64_t sequence_{1};  ///< 0 is a viewer that has had nothing
   bool any_{false}, closed_{false}, published_told_{false};
   std::deque<std::string> history_;
   std::size_t history_bytes_{0};

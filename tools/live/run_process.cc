@@ -1,7 +1,8 @@
 #include "tools/live/run_process.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/prctl.h>
+#include <poll.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -19,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kSignalled = 128;
+constexpr int kLook_ms = 50;  // whether the run has ended
 
 // Name of the program that a process runs; empty where it cannot be told.
 std::string ProgramOf(const std::string& process) {
@@ -27,6 +29,40 @@ std::string ProgramOf(const std::string& process) {
   constexpr std::string_view kReplaced = " (deleted)";  // by a newer build meanwhile
   if (name.ends_with(kReplaced)) name.resize(name.size() - kReplaced.size());
   return name;
+}
+
+int StatusOf(int status) {
+  return WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+}
+
+/// The process between: nothing but calls that are safe in a fork of a program with threads.
+[[noreturn]] void RunAndWait(const char* program, char* const* argv, int pipe) {
+  setpgid(0, 0);  // Ctrl-C on the terminal is not for the run: it gets one signal, from here
+  std::signal(SIGINT, SIG_IGN);
+  std::signal(SIGTERM, SIG_IGN);
+  // Sockets of the server would stay open as long as the run.
+  if (pipe > STDERR_FILENO + 1) close_range(STDERR_FILENO + 1, static_cast<unsigned>(pipe) - 1, 0);
+  close_range(static_cast<unsigned>(pipe) + 1, ~0U, 0);
+  const pid_t run = fork();
+  if (run < 0) _exit(kSignalled - 1);
+  if (run == 0) {
+    std::signal(SIGINT, SIG_DFL);
+    std::signal(SIGTERM, SIG_DFL);
+    close(pipe);
+    execv(program, argv);
+    _exit(kSignalled - 1);
+  }
+  for (bool stopped = false;;) {
+    int status = 0;
+    const pid_t ended = waitpid(run, &status, stopped ? 0 : WNOHANG);
+    if (ended == run) _exit(StatusOf(status));
+    if (ended < 0 && errno != EINTR) _exit(kSignalled - 1);
+    pollfd closed{pipe, POLLIN, 0};
+    if (!stopped && poll(&closed, 1, kLook_ms) > 0) {
+      kill(run, SIGINT);
+      stopped = true;
+    }
+  }
 }
 
 }  // namespace
@@ -38,21 +74,15 @@ RunProcess::RunProcess(const std::vector<std::string>& arguments) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
-  const pid_t parent = getpid();
-  process_ = fork();
-  if (process_ < 0) {
-    throw CannotGoOn(fmt::format("no process for the run: {}", std::strerror(errno)));
-  }
-  if (process_ > 0) return;
-  // The child: nothing but calls that are safe between fork and exec. A group of its own, so that
-  // Ctrl-C on the terminal reaches it once, by Stop.
-  setpgid(0, 0);
-  std::signal(SIGINT, SIG_DFL);
-  std::signal(SIGTERM, SIG_DFL);
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  if (getppid() != parent) _exit(kSignalled);  // it has ended already
-  execv(program.c_str(), argv.data());
-  _exit(kSignalled - 1);
+  int ends[2] = {-1, -1};
+  waiter_ = pipe2(ends, O_CLOEXEC) == 0 ? fork() : -1;
+  if (waiter_ == 0) RunAndWait(program.c_str(), argv.data(), ends[0]);
+  const int error = errno;
+  if (ends[0] >= 0) close(ends[0]);
+  pipe_ = ends[1];
+  if (waiter_ > 0) return;
+  if (pipe_ >= 0) close(pipe_);
+  throw CannotGoOn(fmt::format("no process for the run: {}", std::strerror(error)));
 }
 
 RunProcess::~RunProcess() {
@@ -65,19 +95,17 @@ std::optional<int> RunProcess::Collect(int flags) {
   int status = 0;
   pid_t ended = 0;
   do {
-    ended = waitpid(process_, &status, flags);
+    ended = waitpid(waiter_, &status, flags);
   } while (ended < 0 && errno == EINTR && flags == 0);
-  if (ended != process_) return std::nullopt;
-  status_ = WIFEXITED(status) ? WEXITSTATUS(status) : kSignalled + WTERMSIG(status);
+  if (ended == waiter_) status_ = StatusOf(status);
   return status_;
 }
 
 std::optional<int> RunProcess::Poll() { return Collect(WNOHANG); }
 
 void RunProcess::Stop() {
-  if (stopped_ || Poll()) return;
-  stopped_ = true;
-  kill(process_, SIGINT);
+  if (pipe_ >= 0) close(pipe_);
+  pipe_ = -1;
 }
 
 int RunProcess::Wait() { return Collect(0).value_or(kSignalled); }

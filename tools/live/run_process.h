@@ -12,12 +12,11 @@
 
 namespace mantle::tools {
 
-/// `mantle run` as a child. Where this process ends before it, whatever the reason, the run is
-/// stopped (SIGTERM, which it takes as Ctrl-C).
+/// `mantle run` as a child, under a small process that waits with it: where this process ends
+/// first, whatever the reason, a pipe says so, and the run is stopped (SIGINT, once).
 class RunProcess {
  public:
-  /// `arguments` of this program. Throws CannotGoOn where the system starts no process. To be
-  /// called from the main thread, which must live as long as the process.
+  /// `arguments` of this program. Throws CannotGoOn where the system starts no process.
   explicit RunProcess(const std::vector<std::string>& arguments);
   /// Stops the run and waits for it.
   ~RunProcess();
@@ -30,14 +29,13 @@ class RunProcess {
   void Stop();
   /// Waits for its end; its exit status.
   int Wait();
-  pid_t process() const { return process_; }
 
  private:
   std::optional<int> Collect(int flags);
 
-  pid_t process_;
+  pid_t waiter_;
+  int pipe_{-1};  ///< closed: the run is stopped
   std::optional<int> status_;
-  bool stopped_{false};
 };
 
 /// Stops the run that a session names, where it runs on this machine and is of this program. The

@@ -45,7 +45,7 @@ function snapshots(run: Run, view: View3D): Figure {
   return {
     root,
     draw: () => {
-      for (const { t, picture } of pictures) picture.src = view.snapshot(t, "oblique", kWidth, kHeight);
+      for (const { t, picture } of pictures) picture.src = view.snapshot(t, "oblique", 2 * kWidth, 2 * kHeight);
     },
   };
 }

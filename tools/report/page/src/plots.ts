@@ -14,7 +14,8 @@ interface Hooks {
   /** The reader has clicked at this time [s]. */
   seek(time: number): void;
   runLabels: string[];
-  duration: number;
+  /** The runs go on: their last values are the present ones. */
+  growing: boolean;
 }
 
 /** One x for all curves: uPlot draws several tables over their joined x. */
@@ -206,7 +207,7 @@ export class PlotCard {
     if (this.plot.over !== "time" || !texts) return;
     this.plot.curves.forEach((curve, i) => {
       // A run that has ended has no value any more.
-      const ended = time > curve.x[curve.x.length - 1]! + 1e-6;
+      const ended = !this.hooks.growing && time > curve.x[curve.x.length - 1]! + 1e-6;
       const value = ended ? Number.NaN : mix(curve.y, 1, locate(curve.x, time), 0);
       const text = this.plot.logarithmic ? formatNumber(value, 3) : formatWithin(value, this.span);
       if (this.values[i]!.textContent !== text) this.values[i]!.textContent = text;

@@ -113,7 +113,7 @@ export class Report {
       const card = new PlotCard(plot, {
         seek: (t) => this.seek(t),
         runLabels: this.runs.map((r) => r.label),
-        duration: this.player.duration,
+        growing: this.live,
       });
       this.cards.push(card);
       plots.append(card.root);

@@ -87,7 +87,7 @@ try {
   await check("plots grow, plans, drives and the estimator are there", async () => {
     const value = page.locator(".plot[data-plot=position] .value").first();
     const before = await value.innerText();
-    await until(async () => (await value.innerText()) !== before, "a value to change");
+    await until(async () => ![before, "–"].includes(await value.innerText()), "a value to change");
     assert.ok((await page.locator(".plot[data-plot=tension]").count()) === 1);
     assert.ok((await page.locator(".plot[data-plot=estimate_position]").count()) === 1);
     assert.match(await page.locator("text=Drives: steer").locator("..").innerText(), /operation enabled/);
