@@ -193,32 +193,36 @@ double ShapeThinningError(const std::vector<ShapeTelemetry>& shapes, const Rows&
   return error;
 }
 
-std::size_t FrameBytes(const ShapeTelemetry& m, bool drag) {
-  const std::size_t numbers = 7 + (drag ? 6 : 3) * m.position.size() + m.strain.size() +
+std::size_t FrameBytes(const ShapeTelemetry& m) {
+  const std::size_t numbers = 7 + 3 * m.position.size() + m.strain.size() +
                               2 * m.mantle_profile.size() + m.mantle_strain.size() +
                               3 * m.cable_position.size() + m.cable_tension.size() + 1;
   return numbers * sizeof(std::uint16_t) * 4 / 3 + 1;
 }
 
-// Of each shape the drag of the same instant; empty where not every shape has one.
-std::vector<const WaterTelemetry*> DragOf(const RunRecord& r) {
-  std::vector<const WaterTelemetry*> drag;
-  std::size_t next = 0;
-  for (const ShapeTelemetry& shape : r.shapes) {
-    while (next < r.waters.size() && r.waters[next].utime < shape.utime) ++next;
-    const bool there = next < r.waters.size() && r.waters[next].utime == shape.utime &&
-                       r.waters[next].drag.size() == shape.position.size();
-    if (!there) return {};
-    drag.push_back(&r.waters[next]);
-  }
-  return drag;
+// Arrows, for which so many instants and a line between them are enough; null where the messages
+// are not of these shapes.
+Json DragJson(const RunRecord& r) {
+  const std::size_t nodes = r.shapes.front().position.size();
+  const auto fits = [&](const WaterTelemetry& m) { return m.drag.size() == nodes; };
+  if (r.waters.empty() || !std::all_of(r.waters.begin(), r.waters.end(), fits)) return {};
+  constexpr std::size_t kMostInstants = 500;
+  const Rows kept = EveryKth(r.waters.size(), ThinningFor(r.waters.size(), kMostInstants));
+  Json j = {{"time", PackTimes(r.waters, kept)}};
+  j["nodes"] = Pack(Collect(r.waters, kept, [](const WaterTelemetry& m, auto* out) {
+                 for (const auto& force : m.drag) {
+                   out->insert(out->end(), force.begin(), force.end());
+                 }
+               })).json;
+  j["body"] = Pack(Collect(r.waters, kept, [](const WaterTelemetry& m, auto* out) {
+                out->insert(out->end(), m.body_drag.begin(), m.body_drag.end());
+              })).json;
+  return j;
 }
 
-Json ShapeJson(const RunRecord& run, std::size_t bytes) {
-  const std::vector<ShapeTelemetry>& shapes = run.shapes;
+Json ShapeJson(const std::vector<ShapeTelemetry>& shapes, std::size_t bytes) {
   const ShapeTelemetry& first = shapes.front();
-  const std::vector<const WaterTelemetry*> drag = DragOf(run);
-  const std::size_t most = std::max(kFewestFrames, bytes / FrameBytes(first, !drag.empty()));
+  const std::size_t most = std::max(kFewestFrames, bytes / FrameBytes(first));
   const Rows kept = EveryKth(shapes.size(), ThinningFor(shapes.size(), most));
   double error = 0;
   const auto pack = [&](auto values) { return Pack(Collect(shapes, kept, values)); };
@@ -287,15 +291,6 @@ Json ShapeJson(const RunRecord& run, std::size_t bytes) {
     point += points;
   }
   j["error_m"] = error + ShapeThinningError(shapes, kept);
-  j["drag"] = Json();
-  if (!drag.empty()) {
-    std::vector<double> nodes, body;
-    for (const std::size_t i : kept) {
-      for (const auto& force : drag[i]->drag) nodes.insert(nodes.end(), force.begin(), force.end());
-      body.insert(body.end(), drag[i]->body_drag.begin(), drag[i]->body_drag.end());
-    }
-    j["drag"] = {{"nodes", Pack(nodes).json}, {"body", Pack(body).json}};
-  }
   return j;
 }
 
@@ -319,9 +314,12 @@ Json RunJson(const RunRecord& r, const PageOptions& options) {
   }
   if (!r.shapes.empty()) {
     constexpr std::size_t kLeastForShapes = 200'000;
-    const std::size_t others = j.dump(-1, ' ', false, Json::error_handler_t::replace).size();
+    Json drag = DragJson(r);
+    const std::size_t others =
+        drag.dump().size() + j.dump(-1, ' ', false, Json::error_handler_t::replace).size();
     const std::size_t left = options.run_bytes > others ? options.run_bytes - others : 0;
-    j["shape"] = ShapeJson(r, std::max(left, kLeastForShapes));
+    j["shape"] = ShapeJson(r.shapes, std::max(left, kLeastForShapes));
+    j["shape"]["drag"] = std::move(drag);
   }
   return j;
 }

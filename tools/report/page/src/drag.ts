@@ -62,17 +62,18 @@ export class DragArrows {
     const { shape } = this;
     if (shape.drag === null) return;
     const place = locate(shape.time, t);
+    const here = locate(shape.drag.time, t);
     let node = 0;
     for (const arm of shape.arms) {
       for (let k = 0; k < arm.nodes; ++k, ++node) {
         for (const [axis, name] of (["x", "y", "z"] as const).entries()) {
           this.from[name] = mix(arm.position, 3 * arm.nodes, place, 3 * k + axis);
-          this.force[name] = mix(shape.drag.nodes, 3 * this.nodes, place, 3 * node + axis);
+          this.force[name] = mix(shape.drag.nodes, 3 * this.nodes, here, 3 * node + axis);
         }
         this.put(node, this.ranges.nodes, 1);
       }
     }
-    for (const [axis, name] of (["x", "y", "z"] as const).entries()) this.force[name] = mix(shape.drag.body, 3, place, axis);
+    for (const [axis, name] of (["x", "y", "z"] as const).entries()) this.force[name] = mix(shape.drag.body, 3, here, axis);
     this.from.copy(middle);
     this.put(node, this.ranges.body, 2);
     this.object.instanceMatrix.needsUpdate = true;

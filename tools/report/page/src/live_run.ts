@@ -104,7 +104,7 @@ class ShapeWindow {
           : { name: first.mantle.name, nodes: first.mantle.nodes, halfThickness: first.mantle.half_thickness, profile: none, hoop: none },
       rigid: first.rigid,
       cables: first.cables.map((c) => ({ name: c.name, points: c.points, position: none, tension: none })),
-      drag: drag ? { nodes: none, body: none } : null,
+      drag: drag ? { time: none, nodes: none, body: none } : null,
     };
   }
 
@@ -149,6 +149,7 @@ class ShapeWindow {
       cable.tension = this.cables[c]!.tension.view();
     });
     if (shape.drag !== null && this.drag !== null) {
+      shape.drag.time = shape.time;
       shape.drag.nodes = this.drag.nodes.view();
       shape.drag.body = this.drag.body.view();
     }

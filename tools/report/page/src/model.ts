@@ -29,7 +29,7 @@ export interface PackedShape {
   rigid: [number, number][];
   cables: { name: string; points: number; position: Packed; tension: Packed }[];
   /** Drag of the water at the nodes of the arms [N/m], and on mantle and rigid body [N]. */
-  drag: { nodes: Packed; body: Packed } | null;
+  drag: { time: Packed; nodes: Packed; body: Packed } | null;
 }
 export interface PackedPlans {
   time: Packed;
@@ -128,8 +128,8 @@ export interface Shape {
   mantle: Mantle | null;
   rigid: [number, number][];
   cables: Cable[];
-  /** frames x nodes of all arms x 3 [N/m]; frames x 3 [N]; the earth frame */
-  drag: { nodes: Float64Array; body: Float64Array } | null;
+  /** At times of its own: nodes of all arms x 3 [N/m]; 3 [N]; the earth frame. */
+  drag: { time: Float64Array; nodes: Float64Array; body: Float64Array } | null;
 }
 export interface Plans {
   time: Float64Array;
@@ -211,7 +211,7 @@ function decodeShape(shape: PackedShape | undefined): Shape | null {
       position: unpack(c.position),
       tension: unpack(c.tension),
     })),
-    drag: shape.drag === null ? null : { nodes: unpack(shape.drag.nodes), body: unpack(shape.drag.body) },
+    drag: shape.drag === null ? null : { time: unpack(shape.drag.time), nodes: unpack(shape.drag.nodes), body: unpack(shape.drag.body) },
   };
 }
 
