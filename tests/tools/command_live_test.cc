@@ -8,6 +8,7 @@
 #include <chrono>
 #include <csignal>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <thread>
 
 #include "tests/firmware_sim/vcan.h"
@@ -244,6 +245,46 @@ TEST(MantleLive, StopEndsARunThatItHasNotBegunAndARestartedServerGoesOnWithIt) {
   }
   EXPECT_EQ(run.Wait(), 3);
   ExpectStoppedRun(folder);
+}
+
+/// A datagram of LCM ("LC02", number, channel, zero, message), sent to the test's group.
+void SendDatagram(const std::string& channel, const std::string& message) {
+  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(static_cast<std::uint16_t>(kPort));
+  inet_pton(AF_INET, kGroup, &address.sin_addr);
+  const unsigned char ttl = 0;
+  setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
+  std::string text = "LC02" + std::string(4, '\0') + channel + '\0' + message;
+  (void)sendto(fd, text.data(), text.size(), 0, reinterpret_cast<const sockaddr*>(&address),
+               sizeof address);
+  close(fd);
+}
+
+TEST(MantleLive, WhatIsNoMessageOfOursIsCountedAndHoldsNobodyUp) {
+  if (!MulticastWorks()) GTEST_SKIP() << kNoMulticast;
+  const auto folder = FreshFolder("live_garbage");
+  LiveServer live(folder, {});
+  ASSERT_GT(live.port(), 0);
+  std::mt19937 random(1618);
+  for (int i = 0; i < 3'000; ++i) {
+    std::string message(random() % 2'000, '\0');
+    for (char& c : message) c = static_cast<char>(random());
+    const char* channels[] = {"MANTLE_STATE", "MANTLE_SHAPE", "MANTLE_SESSION", "MANTLE_PLAN",
+                              "SOMETHING_ELSE"};
+    SendDatagram(channels[random() % 5], message);
+  }
+  const Client viewer(live.port());
+  viewer.Send(fmt::format("GET /events HTTP/1.1\r\nHost: {}\r\n\r\n", live.Host()));
+  const auto counted = [](const std::string& got) {
+    const std::size_t at = got.rfind("\"refused\":");
+    return at != got.npos && got.find_first_of("123456789", at) == at + 10;
+  };
+  EXPECT_TRUE(counted(viewer.Read(counted)));
+  EXPECT_TRUE(live.Get("/").starts_with("HTTP/1.1 200"));
+  live.process().Signal(SIGINT);
+  EXPECT_EQ(live.process().Wait(), 0);
 }
 
 TEST(MantleLive, WhenTheServerIsKilledTheRunIsStoppedToo) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -183,6 +184,42 @@ TEST(LiveFeed, TwoRunsOnOneAddressAreToldApart) {
   other.process = 8;
   feed.Write(other);
   EXPECT_TRUE(feed.figures().two_runs);
+}
+
+TEST(LiveFeed, ReceiverPublisherAndViewersDoNotWaitForOneAnother) {
+  constexpr int kSamples = 200;
+  LiveFeed feed;
+  std::atomic<bool> done{false};
+  std::vector<std::thread> viewers;
+  std::vector<double> last(3, -1.0);
+  std::vector<int> backwards(3, 0);
+  for (std::size_t v = 0; v < last.size(); ++v) {
+    viewers.emplace_back([&, v] {
+      std::uint64_t seen = 0;
+      while (!done) {
+        for (const Json& frame : Events(feed.Next(&seen, 5), "frame")) {
+          const double time_s = frame["time"];
+          if (time_s < last[v]) ++backwards[v];
+          last[v] = time_s;
+        }
+      }
+    });
+  }
+  std::thread publisher([&] {
+    while (!done) {
+      feed.Publish(kServer);
+      feed.figures();
+    }
+  });
+  for (int k = 1; k <= kSamples; ++k) Sample(k).WriteTo(feed);
+  std::this_thread::sleep_for(300ms);  // the last instant is whole, and seen
+  done = true;
+  publisher.join();
+  for (std::thread& viewer : viewers) viewer.join();
+  for (std::size_t v = 0; v < last.size(); ++v) {
+    EXPECT_NEAR(last[v], 1e-6 * kSamples * kSamplePeriod_us, 1e-9) << "viewer " << v;
+    EXPECT_EQ(backwards[v], 0);
+  }
 }
 
 TEST(LiveFeed, AWaitEndsWithTheServer) {

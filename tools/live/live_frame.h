@@ -3,11 +3,11 @@
 #include <cstdint>
 #include <optional>
 
-#include "tools/mantle/summary.h"
+#include "tools/mantle/json.h"
 #include "tools/mantle/telemetry.h"
 
 /// What a run said at one instant, and how the page of `mantle live` gets it (tools/report/page/
-/// src/live_run.ts): whole in itself, so that a viewer may miss any number of frames.
+/// src/live_frame.ts): whole in itself, so that a viewer may miss any number of frames.
 
 namespace mantle::tools {
 

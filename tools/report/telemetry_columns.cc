@@ -79,6 +79,7 @@ Columns EstimateColumns(const ControlTelemetry& m) {
   Columns columns;
   const std::size_t half = m.estimate_error.size() / 2;
   if (half < kRoot) return columns;
+  AddAxes("estimate_", m.root_position, 0, "_m", &columns);
   const bool told = m.deviation.size() == m.estimate_error.size();
   for (std::size_t k = 0; k < 2 * kRoot; ++k) {
     const std::size_t at = k < kRoot ? k : half + k - kRoot;

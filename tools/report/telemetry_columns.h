@@ -19,7 +19,8 @@ using Columns = std::vector<std::pair<std::string, double>>;
 Columns TrajectoryColumns(const StateTelemetry* state, const ControlTelemetry* control,
                           const EnergyTelemetry* energy);
 
-/// The estimator's errors: of the root its attitude [rad], position [m], turn rate [rad/s] and
+/// The root's estimated position in the earth frame ("estimate_x_m"), and the estimator's errors: of
+/// the root its attitude [rad], position [m], turn rate [rad/s] and
 /// velocity [m/s], truth against estimate, in the estimate's root frame ("error_x_m"), and, where
 /// the estimator tells its deviations, three of each ("sigma3_x_m"). Empty where the message has
 /// fewer than a root's errors.

@@ -16,11 +16,13 @@ export interface Layers {
   plan: boolean;
   jet: boolean;
   drag: boolean;
+  estimate: boolean;
   grid: boolean;
 }
 
 const kPlanColour = 0xcc79a7;
 const kReferenceColour = 0x8a8a8a;
+const kEstimateColour = 0xd55e00;
 
 /** Positions over time, x, y, z of each sample. */
 export interface Track {
@@ -54,6 +56,14 @@ function referenceTrack(run: Run): Float64Array | null {
   return null;
 }
 
+/** Where an observer believes the root to be; null where there is none. */
+function estimateAxes(run: Run): Float64Array[] | null {
+  const t = run.estimate;
+  if (t === null || !t.columns.has("sigma3_x_m")) return null;
+  const axes = ["estimate_x_m", "estimate_y_m", "estimate_z_m"].map((name) => t.columns.get(name));
+  return axes.every((axis) => axis !== undefined) ? (axes as Float64Array[]) : null;
+}
+
 function polyline(xyz: Float64Array, material: three.LineBasicMaterial): three.Line {
   const line = new three.Line(undefined, material);
   redraw(line, xyz);
@@ -81,6 +91,7 @@ export class Actor {
   private readonly reference: three.Line | null = null;
   private referenceXyz: Float64Array | null;
   private readonly referenceMarker: three.Mesh | null = null;
+  private readonly estimate: three.Mesh | null = null;
   private readonly planRoot: three.Line | null = null;
   private readonly planTips: three.Line[] = [];
   private readonly jet: three.ArrowHelper | null = null;
@@ -128,6 +139,13 @@ export class Actor {
       );
       group.add(this.reference, this.referenceMarker);
     }
+    if (estimateAxes(run) !== null) {
+      this.estimate = new three.Mesh(
+        new three.OctahedronGeometry(0.035 * bodyLength),
+        new three.MeshBasicMaterial({ color: kEstimateColour, wireframe: true }),
+      );
+      group.add(this.estimate);
+    }
     if (run.plans !== null && run.plans.time.length > 0) {
       const line = (opacity: number) =>
         polyline(
@@ -150,13 +168,14 @@ export class Actor {
   }
 
   /** Which lines there are. */
-  get lines(): { path: boolean; reference: boolean; plan: boolean; jet: boolean; drag: boolean } {
+  get lines(): { path: boolean; reference: boolean; plan: boolean; jet: boolean; drag: boolean; estimate: boolean } {
     return {
       path: this.pathAll !== null,
       reference: this.reference !== null,
       plan: this.planRoot !== null,
       jet: this.jet !== null,
       drag: this.drag !== null,
+      estimate: this.estimate !== null,
     };
   }
 
@@ -214,6 +233,7 @@ export class Actor {
       }
     }
     this.movePlan(t, layers.plan);
+    this.moveEstimate(t, layers.estimate);
     if (this.drag !== null && this.body !== null) {
       this.drag.object.visible = layers.drag;
       if (layers.drag) this.drag.moveTo(t, this.body.root(t, new three.Vector3()));
@@ -231,6 +251,14 @@ export class Actor {
       const size = Math.max(Math.abs(length), 1e-6);
       this.jet.setLength(size, Math.min(0.3 * size, 0.06 * this.bodyLength), 0.03 * this.bodyLength);
     }
+  }
+
+  private moveEstimate(t: number, shown: boolean): void {
+    const axes = estimateAxes(this.run);
+    if (this.estimate === null || axes === null) return;
+    this.estimate.visible = shown;
+    const place = locate(this.run.estimate!.x, t);
+    this.estimate.position.set(mix(axes[0]!, 1, place, 0), mix(axes[1]!, 1, place, 0), mix(axes[2]!, 1, place, 0));
   }
 
   private movePlan(t: number, shown: boolean): void {

@@ -2,7 +2,8 @@
 /// buttons. Where the server goes away, the page keeps what it has and goes on when there is one again.
 
 import { element } from "./dom";
-import { type LiveFrame, LiveRun, type LiveRows } from "./live_run";
+import type { LiveFrame, LiveRows } from "./live_frame";
+import { LiveRun } from "./live_run";
 import { Report } from "./report";
 
 interface ServerState {

@@ -2,21 +2,24 @@
 
 import { type Plot, choosePlots } from "./catalogue";
 import { runColour } from "./colour";
-import { element, formatNumber } from "./dom";
-import { helpDialog } from "./keys";
+import { element } from "./dom";
+import { helpDialog, pressKey } from "./keys";
 import type { Run } from "./model";
 import { type Figure, isPaperScene, paperFigures } from "./paper";
 import { Player, kSpeeds } from "./player";
 import { PlotCard } from "./plots";
 import { studyCards } from "./study";
-import { DriveTable, figureTables, modesTable } from "./tables";
+import { beginOf, durationOf } from "./span";
+import { DriveTable, accuracyOf, figureTables, modesTable } from "./tables";
+import { keepTheme, readTheme } from "./theme";
 import { tuneFigures } from "./tune";
-import { View3D, type ViewName } from "./view3d";
+import { View3D } from "./view3d";
 import { colourBars, viewTools } from "./view_panel";
 
 /** How often the view's lines and the plots of a run that grows are drawn anew. */
 const kGrow_ms = 200;
 const kReplot_ms = 500;
+const kLiveFoot = "The newest minutes of the run are kept on this page; its results are where it writes them.";
 
 /** What a page is of. */
 export interface ReportParts {
@@ -143,24 +146,7 @@ export class Report {
     if (this.view !== null && paper !== undefined) this.figures.push(...paperFigures(paper, this.view));
     this.figures.push(...tuneFigures(this.runs));
     tables.append(...this.figures.map((f) => f.root), ...figureTables(this.runs));
-    this.app.append(tables, element("footer", {}, [this.accuracy(), ` Made by ${madeBy}.`]), this.help);
-  }
-
-  /** What the page leaves out, in words. */
-  private accuracy(): string {
-    const parts: string[] = [];
-    if (this.live) return "The newest minutes of the run are kept on this page; its results are where it writes them.";
-    for (const run of this.runs) {
-      const { shape } = run;
-      if (shape !== null) {
-        parts.push(
-          `${run.label}: ${shape.time.length} of ${shape.ofFrames} logged shapes, drawn within ${formatNumber(1e3 * shape.error_m, 2)} mm of the log`,
-        );
-      }
-      const t = run.trajectory;
-      if (t !== null && t.x.length < t.ofRows) parts.push(`${run.label}: ${t.x.length} of ${t.ofRows} rows are plotted`);
-    }
-    return parts.length === 0 ? "" : `${parts.join("; ")}.`;
+    this.app.append(tables, element("footer", {}, [this.live ? kLiveFoot : accuracyOf(this.runs), ` Made by ${madeBy}.`]), this.help);
   }
 
   private makeRunChips(): HTMLElement {
@@ -324,12 +310,7 @@ export class Report {
 
   private setDark(dark: boolean): void {
     this.dark = dark;
-    document.documentElement.dataset.theme = dark ? "dark" : "light";
-    try {
-      localStorage.setItem("mantle-theme", dark ? "dark" : "light");
-    } catch {
-      // A page from the disk may have no storage.
-    }
+    keepTheme(dark);
     this.view?.setDark(dark);
     for (const dot of this.app.querySelectorAll<HTMLElement>(".dot")) dot.style.background = runColour(Number(dot.dataset.run), dark);
     for (const card of this.cards) card.draw(dark, this.visible);
@@ -389,53 +370,19 @@ export class Report {
   }
 
   private onKey(event: KeyboardEvent): void {
-    const target = event.target as HTMLElement;
-    if (event.ctrlKey || event.metaKey || event.altKey || this.help.open) return;
-    // What the focused control does with the key itself is its own.
-    const typing = /^(select|textarea)$/i.test(target.tagName) || (target.tagName === "INPUT" && target !== this.slider);
-    const pressing = /^(button|summary)$/i.test(target.tagName) && (event.key === " " || event.key === "Enter");
-    if (typing || pressing) return;
-    const seconds = event.shiftKey ? 1 : 0.1;
-    const look: Record<string, ViewName> = { 1: "oblique", 2: "front", 3: "side", 4: "top" };
-    const turns: Record<string, [number, number, number]> = {
-      a: [-0.1, 0, 1], d: [0.1, 0, 1], w: [0, -0.08, 1], s: [0, 0.08, 1], q: [0, 0, 0.9], e: [0, 0, 1.1],
-    };
-    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (key === " ") this.toggle();
-    else if (key === "ArrowLeft") this.step(-seconds);
-    else if (key === "ArrowRight") this.step(seconds);
-    else if (key === "Home") this.seek(this.player.begin);
-    else if (key === "End") this.live ? this.followNewest(true) : this.seek(this.player.duration);
-    else if (key === "+" || key === "=") this.player.shiftSpeed(1);
-    else if (key === "-") this.player.shiftSpeed(-1);
-    else if (key === "f") this.setFollow(!(this.view?.follow ?? false));
-    else if (key === "t") this.setDark(!this.dark);
-    else if (key === "?") this.help.showModal();
-    else if (look[key] !== undefined) this.view?.look(look[key]);
-    else if (turns[key] !== undefined) this.view?.turn(...turns[key]);
-    else return;
-    event.preventDefault();
+    if (this.help.open) return;
+    const done = pressKey(event, this.slider, {
+      toggle: () => this.toggle(),
+      step: (seconds) => this.step(seconds),
+      begin: () => this.seek(this.player.begin),
+      end: () => (this.live ? this.followNewest(true) : this.seek(this.player.duration)),
+      speed: (by) => this.player.shiftSpeed(by),
+      follow: () => this.setFollow(!(this.view?.follow ?? false)),
+      theme: () => this.setDark(!this.dark),
+      help: () => this.help.showModal(),
+      look: (from) => this.view?.look(from),
+      turn: (azimuth, polar, zoom) => this.view?.turn(azimuth, polar, zoom),
+    });
+    if (done) event.preventDefault();
   }
-}
-
-function beginOf(run: Run): number {
-  if (!run.growing) return 0;
-  return run.shape?.time[0] ?? run.trajectory?.x[0] ?? 0;
-}
-
-function durationOf(run: Run): number {
-  const ends = [run.trajectory, run.solver].map((t) => (t !== null && t.over === "time_s" ? (t.x[t.x.length - 1] ?? 0) : 0));
-  const { shape } = run;
-  if (shape !== null && run.kind !== "static") ends.push(shape.time[shape.time.length - 1] ?? 0);
-  return Math.max(0, ...ends);
-}
-
-function readTheme(): boolean {
-  let kept: string | null = null;
-  try {
-    kept = localStorage.getItem("mantle-theme");
-  } catch {
-    // A page from the disk may have no storage.
-  }
-  return kept === null ? window.matchMedia("(prefers-color-scheme: dark)").matches : kept === "dark";
 }

@@ -169,6 +169,20 @@ export function modesTable(run: Run): HTMLElement | null {
   return table(`Modes: ${run.label}`, labels, body);
 }
 
+/** What the page leaves out, in words. */
+export function accuracyOf(runs: Run[]): string {
+  const parts: string[] = [];
+  for (const { label, shape, trajectory } of runs) {
+    if (shape !== null) {
+      parts.push(`${label}: ${shape.time.length} of ${shape.ofFrames} logged shapes, drawn within ${formatNumber(1e3 * shape.error_m, 2)} mm of the log`);
+    }
+    if (trajectory !== null && trajectory.x.length < trajectory.ofRows) {
+      parts.push(`${label}: ${trajectory.x.length} of ${trajectory.ofRows} rows are plotted`);
+    }
+  }
+  return parts.length === 0 ? "" : `${parts.join("; ")}.`;
+}
+
 /** The drives of a run at a time, in words. */
 export class DriveTable {
   readonly root: HTMLElement;

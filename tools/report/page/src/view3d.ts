@@ -29,7 +29,7 @@ export class View3D {
   readonly ranges: FieldRanges;
   /** Of the arrows of the drag. */
   readonly dragged: DragRanges;
-  readonly layers: Layers = { bodies: true, cables: true, path: true, reference: true, plan: true, jet: true, drag: false, grid: true };
+  readonly layers: Layers = { bodies: true, cables: true, path: true, reference: true, plan: true, jet: true, drag: false, estimate: true, grid: true };
   follow = true;
   /** WebGL is drawn by the processor. */
   readonly software: boolean;
@@ -97,10 +97,10 @@ export class View3D {
   }
 
   /** Which lines there are besides the paths. */
-  lines(): { path: boolean; reference: boolean; plan: boolean; waypoints: boolean; jet: boolean; drag: boolean } {
-    const any = (line: "path" | "reference" | "plan" | "jet" | "drag") => this.actors.some((actor) => actor.lines[line]);
+  lines(): { path: boolean; reference: boolean; plan: boolean; waypoints: boolean; jet: boolean; drag: boolean; estimate: boolean } {
+    const any = (line: "path" | "reference" | "plan" | "jet" | "drag" | "estimate") => this.actors.some((actor) => actor.lines[line]);
     return {
-      path: any("path"), reference: any("reference"), plan: any("plan"), jet: any("jet"), drag: any("drag"),
+      path: any("path"), reference: any("reference"), plan: any("plan"), jet: any("jet"), drag: any("drag"), estimate: any("estimate"),
       waypoints: this.waypoints.children.length > 0,
     };
   }

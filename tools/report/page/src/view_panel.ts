@@ -29,10 +29,10 @@ export function viewTools(view: View3D, follow: HTMLElement, time: () => number,
   const menu = element("div", { class: "menu" });
   const names: [keyof Layers, string][] = [
     ["bodies", "bodies"], ["cables", "cables"], ["path", "path of the root"], ["reference", "reference, waypoints"],
-    ["plan", "plan ahead"], ["jet", "jet"], ["drag", "drag of the water"], ["grid", "grid"],
+    ["plan", "plan ahead"], ["jet", "jet"], ["drag", "drag of the water"], ["estimate", "estimated root"], ["grid", "grid"],
   ];
   for (const [layer, text] of names) {
-    if (layer === "drag" && !view.lines().drag) continue;
+    if ((layer === "drag" || layer === "estimate") && !view.lines()[layer]) continue;
     const box = element("input", { type: "checkbox" });
     box.checked = view.layers[layer];
     box.addEventListener("change", () => {
@@ -84,6 +84,7 @@ export function colourBars(view: View3D, runs: number): HTMLElement {
   line(lines.plan, "plan", "plan ahead");
   line(lines.waypoints, "waypoint", "waypoint, tolerance");
   line(lines.jet, "jet", "jet");
+  line(lines.estimate && view.layers.estimate, "estimate", "estimated root");
   line(lines.drag && view.layers.drag, "drag", `drag, at most ${formatNumber(view.dragged.nodes, 2)} N/m; of the body ${formatNumber(view.dragged.body, 2)} N`);
   bars.append(key);
   bars.append(element("div", { class: "grid-note" }, [`grid ${formatNumber(view.gridSpacing_m, 2)} m`]));

@@ -148,6 +148,14 @@ try {
     const names = await noise.locator(".plot[data-plot=estimate_rate] .legend-row .name").allInnerTexts();
     assert.deepEqual(names.slice(0, 3), ["x", "x +3σ", "x −3σ"]);
   });
+  await check("the estimated root is drawn beside the true one", async () => {
+    assert.equal(await noise.locator(".line-key .estimate").count(), 1);
+    const before = await picture(noise);
+    await noise.locator(".layers summary").click();
+    await noise.locator(".layers label", { hasText: "estimated root" }).click();
+    await noise.locator(".layers summary").click();
+    await until(async () => (await picture(noise)) !== before);
+  });
   await check("arrows of the drag are there on request alone", async () => {
     await noise.keyboard.press("End");
     assert.equal(await noise.locator(".line-key .drag").count(), 0);

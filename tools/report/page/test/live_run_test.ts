@@ -2,7 +2,8 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { choosePlots } from "../src/catalogue";
 import { Growing, GrowingTable } from "../src/growing";
-import { type LiveFrame, LiveRun } from "../src/live_run";
+import type { LiveFrame } from "../src/live_frame";
+import { LiveRun } from "../src/live_run";
 
 function frame(time: number, more: Partial<LiveFrame> = {}): LiveFrame {
   return {
