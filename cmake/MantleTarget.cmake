@@ -69,7 +69,7 @@ elseif(MANTLE_SANITIZE)
 endif()
 list(TRANSFORM sanitized PREPEND firmware_sim. OUTPUT_VARIABLE MANTLE_SANITIZED_TESTS)
 if(MANTLE_SANITIZE MATCHES thread)
-  list(APPEND MANTLE_SANITIZED_TESTS loop.between_threads tools.live_feed)
+  list(APPEND MANTLE_SANITIZED_TESTS loop.between_threads)
 endif()
 
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
