@@ -19,11 +19,11 @@ using Columns = std::vector<std::pair<std::string, double>>;
 Columns TrajectoryColumns(const StateTelemetry* state, const ControlTelemetry* control,
                           const EnergyTelemetry* energy);
 
-/// The root's estimated position in the earth frame ("estimate_x_m"), and the estimator's errors: of
-/// the root its attitude [rad], position [m], turn rate [rad/s] and
-/// velocity [m/s], truth against estimate, in the estimate's root frame ("error_x_m"), and, where
-/// the estimator tells its deviations, three of each ("sigma3_x_m"). Empty where the message has
-/// fewer than a root's errors.
+/// The root's estimated position in the earth frame ("estimate_x_m"), and the estimator's errors:
+/// of the root its attitude [rad], position [m], turn rate [rad/s] and velocity [m/s], truth
+/// against estimate, in the estimate's root frame ("error_x_m"), and, where the estimator tells its
+/// deviations, three of each ("sigma3_x_m"). Empty where the message has fewer than a root's
+/// errors.
 Columns EstimateColumns(const ControlTelemetry& control);
 
 /// The table of a log: a row for each state, with the others of the same instant. None without
