@@ -27,6 +27,9 @@ class Estimator {
   virtual const ReducedState& state() const = 0;
   /// What the model misses, sized for its motors; all zero where it is not estimated.
   virtual const Disturbance& disturbance() const = 0;
+  /// Covariance of the error of state(), its first 2 velocity_count rows laid out as
+  /// reduced::StateDifference; as of the newest measurement. Null where it is not estimated.
+  virtual const Eigen::MatrixXd* covariance() const { return nullptr; }
 };
 
 /// What an estimator is made of; all must outlive it.
@@ -55,6 +58,9 @@ class ModelEstimator final : public Estimator {
               const ReducedState* measured) override;
   const ReducedState& state() const override { return state_; }
   const Disturbance& disturbance() const override { return propagator_.disturbance(); }
+  const Eigen::MatrixXd* covariance() const override {
+    return observer_ ? &filter_->covariance() : nullptr;
+  }
   /// Seconds since the newest measurement was taken.
   double age_s() const { return state_.time_s - measured_s_; }
   bool valid() const { return valid_; }  ///< Start was called

@@ -43,6 +43,7 @@ ONE_DOOR = {
     r"IpIpopt|coin/": {"controller/ipopt_solver.cc"},
     r"lcm/|mantle/\w+_t\.hpp": {"tools/mantle/lcm_bridge.cc"},
     r"nlopt": {"tools/studies/search.cc"},
+    r"httplib": {"tools/live/live_server.cc"},
     r"linux/can": {"firmware_sim/bus/socket_can_bus.cc"},
 }
 # what runs without a plant: neither these folders (their subfolders apart) nor what the target

@@ -61,6 +61,8 @@ class ControlSide {
   std::span<const MotorCommand> torques() const { return torques_; }
   const reduced::ReducedState& estimate() const { return estimator_->state(); }
   const controller::Disturbance& disturbance() const { return estimator_->disturbance(); }
+  /// Estimator::covariance.
+  const Eigen::MatrixXd* covariance() const { return estimator_->covariance(); }
   /// Null where the controller makes no plans.
   const controller::Mpc* mpc() const { return controller_->mpc(); }
   const ControlCounters& counters() const { return counters_; }

@@ -177,7 +177,7 @@ TEST_F(ClosedLoopRun, TelemetryOfEveryChannelIsInTheLogAtItsRate) {
   const Outcome log = Mantle(folder_, "log out/telemetry.lcmlog --json");
   ASSERT_EQ(log.status, 0) << log.err;
   const auto channels = nlohmann::json::parse(log.out).at("channels");
-  ASSERT_EQ(channels.size(), 7U);
+  ASSERT_EQ(channels.size(), 9U);
   for (const auto& [name, channel] : channels.items()) {
     EXPECT_EQ(channel.at("messages"), name == "MANTLE_PLAN" ? kPlans : kSamples) << name;
     const Outcome table = Mantle(folder_, "log out/telemetry.lcmlog --csv --channel " + name);

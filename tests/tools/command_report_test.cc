@@ -47,15 +47,15 @@ class MantleReport : public testing::Test {
 
 TEST_F(MantleReport, OfAClosedLoopHoldsAllThatItLogged) {
   const auto data = DataOf(folder_ / "closed/report.html");
-  EXPECT_EQ(data["format"], 1);
+  EXPECT_EQ(data["format"], 2);
   ASSERT_EQ(data["runs"].size(), 1U);
   const auto& run = data["runs"][0];
   EXPECT_EQ(run["label"], "closed");
   EXPECT_EQ(run["kind"], "run");
   EXPECT_EQ(run["complete"], true);
   EXPECT_EQ(run["summary"], ReadJson(folder_ / "closed/summary.json"));
-  for (const char* part :
-       {"trajectory", "solver", "energy", "plans", "drives", "counters", "status", "shape"}) {
+  for (const char* part : {"trajectory", "solver", "energy", "plans", "drives", "counters",
+                           "status", "shape", "estimate"}) {
     EXPECT_TRUE(run.contains(part)) << part;
   }
   const auto rows = ReadCsv(folder_ / "closed/trajectory.csv");
@@ -63,6 +63,8 @@ TEST_F(MantleReport, OfAClosedLoopHoldsAllThatItLogged) {
   EXPECT_EQ(run["trajectory"]["columns"].size(), rows[0].size());
   EXPECT_EQ(run["shape"]["of_frames"], rows.size() - 1);
   EXPECT_EQ(run["shape"]["arms"][0]["nodes"], 21);
+  EXPECT_EQ(run["shape"]["drag"]["nodes"]["n"],
+            3 * 21 * run["shape"]["drag"]["time"]["n"].get<int>());
   EXPECT_LT(run["shape"]["error_m"], 1e-5) << "nothing is thinned: sixteen bits alone";
 }
 

@@ -4,6 +4,7 @@ Usage: export_test.py PROGRAM SCENES WORK
 """
 
 import csv
+import os
 import pathlib
 import shutil
 import subprocess
@@ -16,8 +17,9 @@ PROGRAM, SCENES, WORK = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys
 SINGLE = 1e-6  # cables, radius, VTK's points
 
 
-def mantle(*arguments, status=0):
-    done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=WORK, capture_output=True, text=True)
+def mantle(*arguments, status=0, path=None):
+    environment = {**os.environ, "PATH": path} if path else None
+    done = subprocess.run([PROGRAM, *map(str, arguments)], cwd=WORK, capture_output=True, text=True, env=environment)
     assert done.returncode == status, (arguments, done.returncode, done.stderr)
     return done.stderr if status else done.stdout
 
@@ -98,6 +100,9 @@ def check_refusals():
     assert "--format" in mantle("export", "run", "--format", "xls", status=2)
     mantle("run", SCENES / "arm_dynamic.toml", "--set", "time.duration=0.1", "--shape-every", "0", "--out", "bare")
     assert "has no shapes to export as vtk" in mantle("export", "bare", "--format", "vtk", status=2)
+    assert "must be WIDTHxHEIGHT" in mantle("export", "run", "--format", "mp4", "--picture", "321x240", status=2)
+    assert "chromium is not in PATH: must be installed" in mantle("export", "run", "--format", "mp4", status=2, path="/nowhere")
+    assert not (WORK / "run.mp4").exists()
     assert not (WORK / "bare_vtk").exists() and not (WORK / "bare_vtk.partial").exists()
 
 

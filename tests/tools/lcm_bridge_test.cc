@@ -17,7 +17,7 @@ namespace {
 
 using namespace tools;
 
-constexpr int kMessagesPerSample = 7;
+constexpr int kMessagesPerSample = 10;
 // A message that is there is handed out at once; what is not there is not worth more.
 constexpr int kWait_ms = 1'000;
 

@@ -1,14 +1,8 @@
-#include <arpa/inet.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cstring>
 
 #include "tests/firmware_sim/vcan.h"
 #include "tests/support/paths.h"
+#include "tests/tools/multicast.h"
 #include "tests/tools/program.h"
 #include "tests/tools/telemetry_samples.h"
 #include "tools/mantle/lcm_bridge.h"
@@ -20,42 +14,10 @@ namespace {
 
 using namespace tools;
 
-constexpr const char* kGroup = "239.255.76.67";
 constexpr int kSamples = 20;
-constexpr int kMessages = 7 * kSamples;
+constexpr int kMessages = 10 * kSamples;
 // A replay of 0.2 s on a machine that does other things as well.
 constexpr std::int64_t kPatience_us = 20'000'000;
-
-// A port of this process and its children, so that runs side by side do not hear each other.
-const int kPort = 20'000 + getpid() % 20'000;
-
-std::string Url() { return fmt::format("udpm://{}:{}?ttl=0", kGroup, kPort); }
-
-constexpr const char* kNoMulticast =
-    "this machine does not hear its own multicast (a route? ip route add 224.0.0.0/4 dev lo)";
-
-// Whether this machine takes its own multicast back, asked of the kernel alone.
-bool MulticastWorks() {
-  const int fd = socket(AF_INET, SOCK_DGRAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(static_cast<std::uint16_t>(kPort));
-  inet_pton(AF_INET, kGroup, &address.sin_addr);
-  ip_mreq membership{address.sin_addr, {htonl(INADDR_ANY)}};
-  const unsigned char ttl = 0;
-  const char text[] = "mantle";
-  const auto* to = reinterpret_cast<const sockaddr*>(&address);
-  pollfd waits{fd, POLLIN, 0};
-  constexpr int kWait_ms = 2'000;
-  const bool works =
-      bind(fd, to, sizeof address) == 0 &&
-      setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) == 0 &&
-      setsockopt(fd, IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl) == 0 &&
-      sendto(fd, text, sizeof text, 0, to, sizeof address) == sizeof text &&
-      poll(&waits, 1, kWait_ms) == 1;
-  close(fd);
-  return works;
-}
 
 std::filesystem::path WriteLog(const std::filesystem::path& folder) {
   auto link = OpenLcm({.log_folder = folder});
@@ -108,6 +70,26 @@ TEST(LcmReplay, WhatARunPublishesAnotherProcessHears) {
   EXPECT_EQ(got.last, OctopusMessages(kSamples - 1));
 }
 
+/// What a run says but does not log (SessionTelemetry) is left out.
+class WithoutSessions final : public TelemetrySink {
+ public:
+  explicit WithoutSessions(TelemetrySink& to) : to_(to) {}
+  void Write(const StateTelemetry& m) override { to_.Write(m); }
+  void Write(const ReducedStateTelemetry& m) override { to_.Write(m); }
+  void Write(const PlanTelemetry& m) override { to_.Write(m); }
+  void Write(const DrivesTelemetry& m) override { to_.Write(m); }
+  void Write(const EnergyTelemetry& m) override { to_.Write(m); }
+  void Write(const StatusTelemetry& m) override { to_.Write(m); }
+  void Write(const ShapeTelemetry& m) override { to_.Write(m); }
+  void Write(const ControlTelemetry& m) override { to_.Write(m); }
+  void Write(const WaterTelemetry& m) override { to_.Write(m); }
+  void Write(const SessionTelemetry& m) override { sessions.push_back(m); }
+  std::vector<SessionTelemetry> sessions;
+
+ private:
+  TelemetrySink& to_;
+};
+
 TEST(LcmReplay, WhatAClosedLoopPublishesIsWhatItLogs) {
   if (!MulticastWorks()) GTEST_SKIP() << kNoMulticast;
   const auto folder = FreshFolder("lcm_closed_loop");
@@ -119,11 +101,16 @@ TEST(LcmReplay, WhatAClosedLoopPublishesIsWhatItLogs) {
       {tests::BinaryPath("mantle"), "run", tests::SourcePath("scenes/steer.toml"), "--set",
        "time.duration=1", "--lcm", Url(), "--out", (folder / "out").string()},
       folder / "run.txt");
-  constexpr int kRows = 51, kPlans = 20;
-  ReceiveAll(*network, *second_log, 6 * kRows + kPlans);
+  constexpr int kRows = 51, kPlans = 20, kSessions = 2;
+  WithoutSessions logged(*second_log);
+  ReceiveAll(*network, logged, 8 * kRows + kPlans + kSessions);
   EXPECT_EQ(run.Wait(), 0);
   second_log->FinishLog();
-  EXPECT_EQ(network->counters().received, static_cast<std::uint64_t>(6 * kRows + kPlans));
+  EXPECT_EQ(network->counters().received,
+            static_cast<std::uint64_t>(8 * kRows + kPlans + kSessions));
+  ASSERT_EQ(logged.sessions.size(), kSessions);
+  EXPECT_EQ(logged.sessions[0].scene, "steer");
+  EXPECT_EQ(logged.sessions[0].results, (folder / "out").string());
   EXPECT_EQ(ReadFile(again / kTelemetryLogName), ReadFile(folder / "out" / kTelemetryLogName));
 }
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# report_page_test.sh BUILD page | browser | exports [SCENES]: the report's page, type-checked and tested in node, or
-# opened in a browser; exports read by the packages of other programs. Exit status 77 (skipped) where the page could not be built, or there is no Chromium.
+# report_page_test.sh BUILD page | browser | live | exports [SCENES]: the report's page, type-checked and tested in node, or
+# opened in a browser; the live page in one; exports read by the packages of other programs. Exit status 77 (skipped) where the page could not be built, or there is no Chromium.
 set -euo pipefail
 build=$1 what=$2
 if [ -f "$build/report/report.missing" ]; then cat "$build/report/report.missing"; exit 77; fi
@@ -17,4 +17,7 @@ if [ "$what" = exports ]; then
 fi
 chromium=$(command -v chromium || command -v chromium-browser || command -v google-chrome || true)
 if [ -z "$chromium" ]; then echo "no Chromium (apt install chromium)"; exit 77; fi
+if [ "$what" = live ]; then
+  exec node test/live.mjs "$build/mantle" "$3" "$build/tests/work/live_browser" "$chromium"
+fi
 node test/browser.mjs "$build/mantle" "$3" "$build/tests/work/report_browser" "$chromium"

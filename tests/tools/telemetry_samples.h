@@ -21,6 +21,7 @@ inline constexpr std::size_t kKnots = 21;  ///< of a horizon of 20 intervals
 inline constexpr std::size_t kCoordinates = 8 * 12 + 3;
 inline constexpr std::size_t kWorks = 60;
 inline constexpr std::size_t kNodes = 8 * 11, kMantleNodes = 33, kRigidPoints = 3;
+inline constexpr std::size_t kWaypoints = 5;
 inline constexpr std::size_t kCablePoints = 32 * 11 + 16;
 inline constexpr std::int64_t kSamplePeriod_us = 10'000;
 
@@ -66,6 +67,9 @@ struct Messages {
   tools::EnergyTelemetry energy;
   tools::StatusTelemetry status;
   tools::ShapeTelemetry shape;
+  tools::ControlTelemetry control;
+  tools::WaterTelemetry water;
+  tools::SessionTelemetry session;
 
   bool operator==(const Messages&) const = default;
   void WriteTo(tools::TelemetrySink& sink) const {
@@ -76,6 +80,9 @@ struct Messages {
     sink.Write(energy);
     sink.Write(status);
     sink.Write(shape);
+    sink.Write(control);
+    sink.Write(water);
+    sink.Write(session);
   }
 };
 
@@ -126,6 +133,14 @@ inline Messages OctopusMessages(int sample) {
   s.cable_points.resize(kCables);
   s.cable_tension.resize(kCables);
   s.cable_position.resize(kCablePoints);
+  for (auto* list : {&m.control.commanded_tension, &m.control.actual_tension}) {
+    list->resize(kMotors);
+  }
+  m.control.motor_name.resize(kMotors);
+  m.control.estimate_error.resize(2 * (6 + kCoordinates));
+  m.control.deviation.resize(2 * (6 + kCoordinates));
+  m.water.drag.resize(kNodes);
+  m.session.waypoint.resize(kWaypoints);
   Fill(sample, &m.state);
   Fill(sample, &m.reduced_state);
   Fill(sample, &m.plan);
@@ -133,6 +148,9 @@ inline Messages OctopusMessages(int sample) {
   Fill(sample, &m.energy);
   Fill(sample, &m.status);
   Fill(sample, &m.shape);
+  Fill(sample, &m.control);
+  Fill(sample, &m.water);
+  Fill(sample, &m.session);
   return m;
 }
 
@@ -146,6 +164,9 @@ class Recorder final : public tools::TelemetrySink {
   void Write(const tools::EnergyTelemetry& m) override { Keep(m, &last.energy); }
   void Write(const tools::StatusTelemetry& m) override { Keep(m, &last.status); }
   void Write(const tools::ShapeTelemetry& m) override { Keep(m, &last.shape); }
+  void Write(const tools::ControlTelemetry& m) override { Keep(m, &last.control); }
+  void Write(const tools::WaterTelemetry& m) override { Keep(m, &last.water); }
+  void Write(const tools::SessionTelemetry& m) override { Keep(m, &last.session); }
 
   Messages last;
   int count{0};

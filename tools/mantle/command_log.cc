@@ -62,6 +62,9 @@ class CsvPrinter final : public TelemetrySink {
   void Write(const EnergyTelemetry& m) override { Print(m); }
   void Write(const StatusTelemetry& m) override { Print(m); }
   void Write(const ShapeTelemetry& m) override { Print(m); }
+  void Write(const ControlTelemetry& m) override { Print(m); }
+  void Write(const WaterTelemetry& m) override { Print(m); }
+  void Write(const SessionTelemetry& m) override { Print(m); }
 
  private:
   template <typename T>

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <iterator>
 #include <memory>
 
@@ -9,6 +10,7 @@
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/summary.h"
+#include "tools/report/page_file.h"
 #include "tools/studies/tuning.h"
 
 namespace mantle::tools {
@@ -19,9 +21,10 @@ constexpr const char* kHelp =
     "make the scene's cost least, each by running the closed loop on the full plant through its\n"
     "drives. Every baseline gets the same number of runs; the same scene gives the same result.\n"
     "Prints tables [control.baselines.NAME] to paste into the scene and writes them to\n"
-    "DIR/baselines.toml.\n\n"
+    "DIR/baselines.toml, and how the search went to DIR/tuning.json.\n\n"
     "  mantle tune scenes/steer.toml\n"
     "  mantle tune scenes/steer.toml --controller pursuit --evaluations 60\n"
+    "  mantle tune scenes/steer.toml --report                    # and a page to look at\n"
     "  mantle tune scenes/steer.toml --set time.duration=15      # quicker, on the first part "
     "only\n"
     "\n"
@@ -32,7 +35,7 @@ constexpr const char* kHelp =
     "Exit status 0: tuned. 2: bad input, nothing written. 3: interrupted, or no parameters were\n"
     "found with which the run goes to its end; nothing written.";
 
-constexpr const char* kTuneResults[] = {"baselines.toml"};
+constexpr const char* kTuneResults[] = {"baselines.toml", "tuning.json", "report.html"};
 
 struct TuneOptions {
   SceneOptions scene;
@@ -59,11 +62,13 @@ TuningSettings SettingsOf(const TuneOptions& options) {
   return settings;
 }
 
-Json TuningJson(const Tuning& t, const scene::Scene& scene) {
+// `trace`: runs and the least cost so far, where it fell.
+Json TuningJson(const Tuning& t, const scene::Scene& scene, const Json& trace) {
   Json j{{"cost", t.cost}, {"cost_before", t.cost_before}, {"evaluations", t.evaluations}};
   for (const TunedParameter& p : TunedParameters(t.kind, scene.control->goal)) {
     j["parameters"][std::string(p.key)] = t.gains.*p.value;
   }
+  j["trace"] = trace;
   return j;
 }
 
@@ -76,6 +81,7 @@ int TuneScene(const TuneOptions& options) {
     run.controller = ToString(kinds.front());
     return std::make_unique<loop::ClosedLoop>(scene, run);
   });
+  DemandReportPage(options.scene.report);
   ResultFolder results(folder, kTuneResults);
   CatchInterrupts();
   Progress progress(0.0,
@@ -86,9 +92,12 @@ int TuneScene(const TuneOptions& options) {
   Json json{{"scene", scene.name}, {"method", options.method}};
   for (std::size_t i = 0; i < kinds.size(); ++i) {
     const double before = static_cast<double>(i) * options.evaluations;
+    Json trace = Json::array();
     const Tuning tuning = InScene(options.scene, [&] {
-      return Tune(scene, kinds[i], SettingsOf(options), [&](int runs, double) {
+      return Tune(scene, kinds[i], SettingsOf(options), [&](int runs, double least_cost) {
         progress.Update(before + runs);
+        const bool fell = trace.empty() || trace.back()[1] != least_cost;
+        if (fell && std::isfinite(least_cost)) trace.push_back({runs, least_cost});
         return !Interrupted();
       });
     });
@@ -105,15 +114,20 @@ int TuneScene(const TuneOptions& options) {
       FlushOutput();
     }
     text += table;
-    json["controllers"][std::string(name)] = TuningJson(tuning, scene);
+    if (!trace.empty() && trace.back()[0] != tuning.evaluations) {
+      trace.push_back({tuning.evaluations, tuning.cost});
+    }
+    json["controllers"][std::string(name)] = TuningJson(tuning, scene, trace);
   }
   WriteWhole(results.partial(), "baselines.toml", text);
+  WriteWhole(results.partial(), "tuning.json", Dump(json));
   results.Publish();
   if (options.scene.json) {
     PrintText(Dump(json));
   } else {
     Print("\nwritten to {}\n", (folder / "baselines.toml").string());
   }
+  ReportBeside(options.scene.report, results.folder(), options.scene.json);
   return 0;
 }
 
@@ -124,6 +138,7 @@ void AddTuneCommand(CLI::App& app, int& exit_status) {
   static TuneOptions options;  // lives as long as the parser that points to it
   AddSceneOptions(command, &options.scene);
   AddOutOption(command, &options.scene);
+  AddReportOption(command, &options.scene.report);
   command->add_option("--controller", options.controller, "Which baseline (default: all)")
       ->check(CLI::IsMember({"all", "gait", "pursuit", "pid", "lqr"}));
   command->add_option("--evaluations", options.evaluations, "Runs per baseline (default: 200)")

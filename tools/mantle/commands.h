@@ -30,6 +30,8 @@ void AddLogCommand(CLI::App& app, int& exit_status);
 void AddReportCommand(CLI::App& app, int& exit_status);
 /// `mantle export`: results for other programs.
 void AddExportCommand(CLI::App& app, int& exit_status);
+/// `mantle live`: a run as it goes, in a browser.
+void AddLiveCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
 /// `mantle tune`: the best parameters of the baseline controllers.

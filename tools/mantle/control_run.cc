@@ -23,12 +23,14 @@
 #include "tools/mantle/shape_telemetry.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/trajectory.h"
+#include "tools/mantle/water_telemetry.h"
 #include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
 
 constexpr double kSameTime_s = 1e-9;
+constexpr double kSession_s = 1.0;  // between two announcements of the run
 
 /// One closed loop and the files it leaves.
 class ControlJob {
@@ -70,9 +72,17 @@ class ControlJob {
   void Check() {
     try {
       OpenLoop();
-      if (shape_every_ > 0) shapes_.emplace(loop_->plant());
+      if (shape_every_ > 0) {
+        shapes_.emplace(loop_->plant());
+        waters_.emplace(loop_->plant(), shapes_->thinning());
+      }
       lcm_ = OpenLcm({.url = options_.lcm_url});
       folder_.emplace(out_, kSceneResults);
+      if (!options_.lcm_url.empty()) {
+        announcer_ = OpenLcm({.url = options_.lcm_url});
+        session_ = SessionMessage(scene_, loop_->plant(), controller_, bus_, options_.real_time,
+                                  std::filesystem::absolute(out_).lexically_normal().string());
+      }
     } catch (...) {
       if (record_) std::filesystem::remove(PartialRecord());
       throw;
@@ -91,10 +101,14 @@ class ControlJob {
   std::unique_ptr<loop::ClosedLoop> loop_;
   std::unique_ptr<LcmLink> lcm_;
   std::optional<ShapeMessages> shapes_;
+  std::optional<WaterMessages> waters_;
+  /// Who speaks; apart from lcm_, whose log is the same on every machine.
+  std::unique_ptr<LcmLink> announcer_;
+  SessionTelemetry session_;
   std::optional<OutputFile> trajectory_, solver_;
   std::optional<Progress> progress_;
   VolumeRange volume_;
-  double next_sample_s_{0};
+  double next_sample_s_{0}, next_session_s_{0};
   std::int64_t samples_{0};
   long iterations_{0};
 
@@ -189,8 +203,15 @@ class ControlJob {
       OnSample(step, at_end);
     }
     if (step.planned && step.mpc != nullptr) OnPlan(step);
+    if (announcer_ && step.time_s >= next_session_s_) Announce(step.time_s);
     CheckRecord();
     return !Interrupted();
+  }
+
+  void Announce(double time_s) {
+    session_.utime = TelemetryTime(time_s);
+    announcer_->Write(session_);
+    next_session_s_ = time_s + kSession_s;
   }
 
   void OnSample(const loop::LoopStep& step, bool at_end) {
@@ -202,8 +223,11 @@ class ControlJob {
     lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
     lcm_->Write(EnergyMessage(sample, step.plant->simulation().energy()));
     lcm_->Write(StatusMessage(controller_, step, iterations_));
+    lcm_->Write(ControlMessage(scene_.reduction.actuators, step, loop_->reference(),
+                               loop_->control_side().covariance()));
     if (shapes_ && (at_end || samples_ % shape_every_ == 0)) {
       lcm_->Write(shapes_->Of(step.plant->state(), sample.cable_tension_n));
+      if (waters_->active()) lcm_->Write(waters_->Of(step.plant->state()));
     }
     ++samples_;
   }

@@ -11,13 +11,16 @@
 #include <cstdio>
 #include <exception>
 #include <initializer_list>
+#include <mantle/control_t.hpp>
 #include <mantle/drives_t.hpp>
 #include <mantle/energy_t.hpp>
 #include <mantle/plan_t.hpp>
 #include <mantle/reduced_state_t.hpp>
+#include <mantle/session_t.hpp>
 #include <mantle/shape_t.hpp>
 #include <mantle/state_t.hpp>
 #include <mantle/status_t.hpp>
+#include <mantle/water_t.hpp>
 #include <optional>
 #include <stdexcept>
 #include <type_traits>
@@ -32,8 +35,6 @@
 namespace mantle::tools {
 namespace {
 
-// Bursts of a replay at full speed wait here until they are received.
-constexpr int kQueuedMessages = 10'000;
 constexpr std::string_view kProviders[] = {"udpm://", "memq://"};
 
 template <typename T>
@@ -129,6 +130,25 @@ void SetLengths(const ShapeTelemetry& m, shape_t* wire) {
   wire->num_cable_points = Length("MANTLE_SHAPE cable_points", {m.cable_position.size()});
 }
 
+void SetLengths(const ControlTelemetry& m, control_t* wire) {
+  wire->num_motors =
+      Length("MANTLE_CONTROL motors",
+             {m.motor_name.size(), m.commanded_tension.size(), m.actual_tension.size()});
+  wire->num_errors = Length("MANTLE_CONTROL errors", {m.estimate_error.size()});
+  wire->num_deviations = 0;
+  if (m.deviation.empty()) return;
+  wire->num_deviations =
+      Length("MANTLE_CONTROL deviations", {m.estimate_error.size(), m.deviation.size()});
+}
+
+void SetLengths(const WaterTelemetry& m, water_t* wire) {
+  wire->num_nodes = Length("MANTLE_WATER nodes", {m.drag.size()});
+}
+
+void SetLengths(const SessionTelemetry& m, session_t* wire) {
+  wire->num_waypoints = Length("MANTLE_SESSION waypoints", {m.waypoint.size()});
+}
+
 template <typename Plain, typename Wire>
 bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to, const char** why) {
   const auto refuse = [&](const char* reason) {
@@ -164,6 +184,9 @@ constexpr ChannelDecoder kDecoders[] = {
     {EnergyTelemetry::kChannel, Decode<EnergyTelemetry, energy_t>},
     {StatusTelemetry::kChannel, Decode<StatusTelemetry, status_t>},
     {ShapeTelemetry::kChannel, Decode<ShapeTelemetry, shape_t>},
+    {ControlTelemetry::kChannel, Decode<ControlTelemetry, control_t>},
+    {WaterTelemetry::kChannel, Decode<WaterTelemetry, water_t>},
+    {SessionTelemetry::kChannel, Decode<SessionTelemetry, session_t>},
 };
 
 struct Closer {
@@ -232,6 +255,9 @@ class Link final : public LcmLink {
   void Write(const EnergyTelemetry& m) override { Send(m, &energy_); }
   void Write(const StatusTelemetry& m) override { Send(m, &status_); }
   void Write(const ShapeTelemetry& m) override { Send(m, &shape_); }
+  void Write(const ControlTelemetry& m) override { Send(m, &control_); }
+  void Write(const WaterTelemetry& m) override { Send(m, &water_); }
+  void Write(const SessionTelemetry& m) override { Send(m, &session_); }
 
   int Receive(int timeout_ms, TelemetrySink& to) override {
     assert(receiving_);
@@ -276,7 +302,8 @@ class Link final : public LcmLink {
     for (const ChannelDecoder& d : kDecoders) {
       if (!open || !options.receive) break;
       lcm_subscription_t* heard = lcm_subscribe(lcm_.get(), d.channel, OnMessage, this);
-      open = heard != nullptr && lcm_subscription_set_queue_capacity(heard, kQueuedMessages) == 0;
+      open = heard != nullptr &&
+             lcm_subscription_set_queue_capacity(heard, options.queued_messages) == 0;
     }
     if (!open) {
       throw BadInput(fmt::format(
@@ -349,6 +376,9 @@ class Link final : public LcmLink {
   energy_t energy_;
   status_t status_;
   shape_t shape_;
+  control_t control_;
+  water_t water_;
+  session_t session_;
   std::optional<OutputFile> log_;
   LcmPointer lcm_;
 };

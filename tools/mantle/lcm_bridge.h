@@ -38,6 +38,9 @@ struct LcmOptions {
   std::string url{};
   /// Hears the channels of the URL, from the opening on; this link's own messages too.
   bool receive{false};
+  /// So many messages of each channel wait until they are received; further ones are lost. As many
+  /// as a burst of a replay at full speed has.
+  int queued_messages{10'000};
 };
 
 struct LcmCounters {

@@ -1,9 +1,11 @@
 #include "tools/mantle/loop_telemetry.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cmath>
 
+#include "mantle/version.h"
 #include "reduced/outputs.h"
 #include "tools/mantle/trajectory.h"
 
@@ -141,6 +143,57 @@ StatusTelemetry StatusMessage(const std::string& controller, const loop::LoopSte
   m.safe_decays = static_cast<std::int64_t>(counters.safe);
   m.text += fmt::format("; {}", ToString(status.outcome));
   if (status.cause != nullptr) m.text += fmt::format(": {}", status.cause);
+  return m;
+}
+
+ControlTelemetry ControlMessage(const std::vector<reduced::Actuator>& motors,
+                                const loop::LoopStep& step, const controller::Reference& reference,
+                                const Eigen::MatrixXd* covariance) {
+  ControlTelemetry m;
+  m.utime = TelemetryTime(step.time_s);
+  for (const reduced::Actuator& motor : motors) m.motor_name.push_back(motor.name);
+  m.commanded_tension = ToList(step.command_n);
+  m.actual_tension = ToList(step.tension_n);
+  const controller::ReferencePoint at = reference.At(step.time_s);
+  const bool position = reference.has_position(), tip = reference.has_tip();
+  m.reference_kind = position ? "position" : tip ? "tip" : "velocity";
+  m.reference = ToTriple(position ? at.position : tip ? at.tip : at.velocity);
+  m.error = step.error;
+  m.root_position = ToTriple(step.estimate.root.position);
+  m.root_quaternion = ToQuaternion(step.estimate.root.rotation);
+  const Eigen::Index states = 2 * step.truth.v.size();
+  model::VectorX error(states);
+  StateDifference(step.estimate, step.truth, error);
+  m.estimate_error = ToList(error);
+  if (covariance != nullptr) {
+    m.deviation = ToList(covariance->diagonal().head(states).cwiseMax(0.0).cwiseSqrt());
+  }
+  return m;
+}
+
+SessionTelemetry SessionMessage(const scene::Scene& scene, const model::Plant& plant,
+                                const std::string& controller, const std::string& bus,
+                                bool real_time, const std::string& results) {
+  SessionTelemetry m;
+  m.scene = scene.name;
+  m.version = kVersion;
+  m.controller = controller;
+  m.bus = bus;
+  m.real_time = real_time ? 1 : 0;
+  m.duration = scene.run.duration_s;
+  m.body_length = plant.body_length_m;
+  if (const auto* path = std::get_if<controller::PathTask>(&scene.control->goal)) {
+    m.goal = "path";
+    for (const model::Vector3& p : path->waypoints) m.waypoint.push_back(ToTriple(p));
+    m.tolerance = path->tolerance_m;
+  } else {
+    m.goal =
+        std::holds_alternative<controller::CircleTask>(scene.control->goal) ? "circle" : "cruise";
+  }
+  char host[256] = {};
+  if (gethostname(host, sizeof host - 1) == 0) m.host = host;
+  m.process = getpid();
+  m.results = results;
   return m;
 }
 

@@ -34,4 +34,14 @@ EnergyTelemetry EnergyMessage(const model::Sample& sample, const model::EnergyAc
 StatusTelemetry StatusMessage(const std::string& controller, const loop::LoopStep& step,
                               long iterations);
 
+/// What the controller acts on: `covariance` as Estimator::covariance.
+ControlTelemetry ControlMessage(const std::vector<reduced::Actuator>& motors,
+                                const loop::LoopStep& step, const controller::Reference& reference,
+                                const Eigen::MatrixXd* covariance);
+
+/// Of a run that publishes; `results` is its folder.
+SessionTelemetry SessionMessage(const scene::Scene& scene, const model::Plant& plant,
+                                const std::string& controller, const std::string& bus,
+                                bool real_time, const std::string& results);
+
 }  // namespace mantle::tools

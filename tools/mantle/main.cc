@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
   AddTuneCommand(app, exit_status);
   AddReportCommand(app, exit_status);
   AddExportCommand(app, exit_status);
+  AddLiveCommand(app, exit_status);
   app.footer("mantle COMMAND --help tells the rest.");
   app.add_option_function<std::string>(
          "--write-shell-files",

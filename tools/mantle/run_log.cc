@@ -13,6 +13,7 @@ namespace mantle::tools {
 RunLog::RunLog(const model::Plant& plant, int shape_every, std::string_view name)
     : plant_(plant),
       shapes_(plant),
+      waters_(plant, shapes_.thinning()),
       shape_every_(shape_every),
       link_(OpenLcm({.log_name = std::string(name)})),
       name_(name) {}
@@ -31,6 +32,7 @@ void RunLog::Add(const model::Sample& sample, const model::PlantState& state,
   if (energy != nullptr) link_->Write(EnergyMessage(sample, *energy));
   if (at_end || samples_ % shape_every_ == 0) {
     link_->Write(shapes_.Of(state, sample.cable_tension_n));
+    if (waters_.active()) link_->Write(waters_.Of(state));
   }
   ++samples_;
 }

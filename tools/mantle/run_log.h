@@ -9,9 +9,11 @@
 #include "model/simulation.h"
 #include "tools/mantle/lcm_bridge.h"
 #include "tools/mantle/shape_telemetry.h"
+#include "tools/mantle/water_telemetry.h"
 
 /// telemetry.lcmlog of a run without a control loop (docs/telemetry.md): MANTLE_STATE,
-/// MANTLE_ENERGY where energies are accounted, and MANTLE_SHAPE.
+/// MANTLE_ENERGY where energies are accounted, and MANTLE_SHAPE with, where water drags,
+/// MANTLE_WATER.
 
 namespace mantle::tools {
 
@@ -42,6 +44,7 @@ class RunLog {
  private:
   const model::Plant& plant_;
   ShapeMessages shapes_;
+  WaterMessages waters_;
   int shape_every_;
   std::unique_ptr<LcmLink> link_;
   std::filesystem::path file_;

@@ -1,20 +1,18 @@
 #pragma once
 
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "loop/scene/scene.h"
 #include "model/simulation.h"
+#include "tools/mantle/json.h"
 
 /// summary.json of `mantle run` (docs/outputs.md). Names carry units; what has no meaning for a
 /// scene is null. All but wall_time_s and realtime_factor are the same bits on every run of a
 /// scene.
 
 namespace mantle::tools {
-
-using Json = nlohmann::ordered_json;
 
 /// Extremes over the samples of a run.
 struct VolumeRange {

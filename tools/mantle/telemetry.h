@@ -129,6 +129,51 @@ struct ShapeTelemetry {
   bool operator==(const ShapeTelemetry&) const = default;
 };
 
+struct ControlTelemetry {
+  static constexpr const char* kChannel = "MANTLE_CONTROL";
+
+  std::int64_t utime{0};
+  std::vector<std::string> motor_name;
+  std::vector<double> commanded_tension, actual_tension;
+  std::string reference_kind;
+  Triple reference{};
+  double error{0};
+  Triple root_position{};
+  Quaternion root_quaternion{1, 0, 0, 0};
+  std::vector<double> estimate_error;
+  std::vector<double> deviation;  ///< empty, or one for each error
+
+  bool operator==(const ControlTelemetry&) const = default;
+};
+
+struct WaterTelemetry {
+  static constexpr const char* kChannel = "MANTLE_WATER";
+
+  std::int64_t utime{0};
+  Triple current{};
+  std::vector<std::array<float, 3>> drag;  ///< nodes
+  Triple body_drag{};
+
+  bool operator==(const WaterTelemetry&) const = default;
+};
+
+struct SessionTelemetry {
+  static constexpr const char* kChannel = "MANTLE_SESSION";
+
+  std::int64_t utime{0};
+  std::string scene, version, controller, bus;
+  std::int8_t real_time{0};
+  double duration{0}, body_length{0};
+  std::string goal;
+  std::vector<Triple> waypoint;
+  double tolerance{0};
+  std::string host;
+  std::int32_t process{0};
+  std::string results;
+
+  bool operator==(const SessionTelemetry&) const = default;
+};
+
 /// Where telemetry goes: the seam between a run and whoever listens.
 class TelemetrySink {
  public:
@@ -140,6 +185,9 @@ class TelemetrySink {
   virtual void Write(const EnergyTelemetry& message) = 0;
   virtual void Write(const StatusTelemetry& message) = 0;
   virtual void Write(const ShapeTelemetry& message) = 0;
+  virtual void Write(const ControlTelemetry& message) = 0;
+  virtual void Write(const WaterTelemetry& message) = 0;
+  virtual void Write(const SessionTelemetry& message) = 0;
 };
 
 }  // namespace mantle::tools

@@ -126,4 +126,45 @@ void VisitFields(F&& f, M& m, Others&... o) {
   f("cable_position", m.cable_position, o.cable_position...);
 }
 
+template <typename F, Message<ControlTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("motor_name", m.motor_name, o.motor_name...);
+  f("commanded_tension", m.commanded_tension, o.commanded_tension...);
+  f("actual_tension", m.actual_tension, o.actual_tension...);
+  f("reference_kind", m.reference_kind, o.reference_kind...);
+  f("reference", m.reference, o.reference...);
+  f("error", m.error, o.error...);
+  f("root_position", m.root_position, o.root_position...);
+  f("root_quaternion", m.root_quaternion, o.root_quaternion...);
+  f("estimate_error", m.estimate_error, o.estimate_error...);
+  f("deviation", m.deviation, o.deviation...);
+}
+
+template <typename F, Message<WaterTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("current", m.current, o.current...);
+  f("drag", m.drag, o.drag...);
+  f("body_drag", m.body_drag, o.body_drag...);
+}
+
+template <typename F, Message<SessionTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("scene", m.scene, o.scene...);
+  f("version", m.version, o.version...);
+  f("controller", m.controller, o.controller...);
+  f("bus", m.bus, o.bus...);
+  f("real_time", m.real_time, o.real_time...);
+  f("duration", m.duration, o.duration...);
+  f("body_length", m.body_length, o.body_length...);
+  f("goal", m.goal, o.goal...);
+  f("waypoint", m.waypoint, o.waypoint...);
+  f("tolerance", m.tolerance, o.tolerance...);
+  f("host", m.host, o.host...);
+  f("process", m.process, o.process...);
+  f("results", m.results, o.results...);
+}
+
 }  // namespace mantle::tools

@@ -155,4 +155,45 @@ bool LengthsFit<ShapeTelemetry>(std::span<const std::uint8_t> bytes) {
   return walk.AtEnd();
 }
 
+template <>
+bool LengthsFit<ControlTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);  // utime
+  const std::uint64_t motors = walk.Count();
+  walk.Texts(motors);
+  walk.Skip(motors, 2 * kDouble);  // tensions
+  walk.Text();                     // reference_kind
+  walk.Skip(3 + 1, kDouble);       // reference, error
+  walk.Skip(3 + 4, kDouble);       // root
+  walk.Skip(walk.Count(), kDouble);
+  walk.Skip(walk.Count(), kDouble);
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<WaterTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);   // utime
+  walk.Skip(3, kDouble);  // current
+  walk.Skip(walk.Count(), 3 * kFloat);
+  walk.Skip(3, kDouble);  // body_drag
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<SessionTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);   // utime
+  walk.Texts(4);          // scene to bus
+  walk.Skip(1, 1);        // real_time
+  walk.Skip(2, kDouble);  // duration, body_length
+  walk.Text();            // goal
+  walk.Skip(walk.Count(), 3 * kDouble);
+  walk.Skip(1, kDouble);  // tolerance
+  walk.Text();            // host
+  walk.Skip(1, kInt32);   // process
+  walk.Text();            // results
+  return walk.AtEnd();
+}
+
 }  // namespace mantle::tools

@@ -30,5 +30,11 @@ template <>
 bool LengthsFit<StatusTelemetry>(std::span<const std::uint8_t> bytes);
 template <>
 bool LengthsFit<ShapeTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<ControlTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<WaterTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<SessionTelemetry>(std::span<const std::uint8_t> bytes);
 
 }  // namespace mantle::tools

@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 
 #include "tools/mantle/commands.h"
 #include "tools/mantle/output_file.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/report/export_formats.h"
+#include "tools/report/export_mp4.h"
 #include "tools/report/packed_array.h"
 
 /// `mantle export`: results for other programs.
@@ -23,9 +25,12 @@ constexpr const char* kHelp =
     "  mantle export results/steer --format csv           # results/steer_csv/: tables\n"
     "  mantle export results/steer --format gltf          # results/steer.glb: Blender, slides\n"
     "  mantle export results/steer --format mcap          # results/steer.mcap: Foxglove\n"
+    "  mantle export results/steer --format mp4           # results/steer.mp4: a film, by "
+    "Chromium and ffmpeg\n"
     "  mantle export results/steer --format vtk --shapes 100 --out frames\n\n"
     "Of `mantle compare` the full and the reduced model are exported each by itself (_full, "
-    "_reduced).\nA file is replaced whole; a folder must not be there yet. Exit status 0: done. 2: "
+    "_reduced), but for a film, which shows both.\nA file is replaced whole; a folder must not be "
+    "there yet. Exit status 0: done. 2: "
     "bad input,\nnothing changed. 3: could not go on; what was written is in FOLDER.partial.";
 
 // Shapes that formats with one picture for each take without being asked.
@@ -34,6 +39,8 @@ constexpr std::size_t kFewShapes = 400, kAllShapes = 10'000'000;
 struct ExportOptions {
   std::string folder, format, out;
   std::size_t shapes{0};
+  FilmOptions film;
+  std::string picture{"1280x720"};
   bool json{false};
 };
 
@@ -121,7 +128,43 @@ void WriteFile(const RunRecord& run, const std::string& format, std::size_t shap
              text);
 }
 
+// "1280x720".
+void ReadPictureSize(const std::string& text, FilmOptions* film) {
+  const std::size_t cross = text.find('x');
+  const char *begin = text.data(), *end = begin + text.size();
+  int width = 0, height = 0;
+  const bool read = cross != text.npos &&
+                    std::from_chars(begin, begin + cross, width).ptr == begin + cross &&
+                    std::from_chars(begin + cross + 1, end, height).ptr == end;
+  const auto fits = [](int pixels) { return pixels >= 160 && pixels <= 4096 && pixels % 2 == 0; };
+  if (!read || !fits(width) || !fits(height)) {
+    throw BadInput(fmt::format(
+        "--picture: {}: must be WIDTHxHEIGHT, both even, from 160 to 4096 pixels", text));
+  }
+  film->width = width;
+  film->height = height;
+}
+
+int ExportFilm(const ExportOptions& options) {
+  FilmOptions film = options.film;
+  ReadPictureSize(options.picture, &film);
+  if (options.shapes > 0) throw BadInput("--shapes: is for other formats than mp4");
+  DemandFilmTools();
+  const fs::path out = Destination(options, "");
+  DemandPlace(out, false);
+  const Film made = WriteFilm(options.folder, out, film);
+  if (options.json) {
+    PrintText(Dump(Json{
+        {"exports",
+         {{{"out", out.string()}, {"frames", made.frames}, {"duration_s", made.duration_s}}}}}));
+  } else {
+    Print("{}: {} pictures, {:.1f} s\n", out.string(), made.frames, made.duration_s);
+  }
+  return 0;
+}
+
 int Export(const ExportOptions& options) {
+  if (options.format == "mp4") return ExportFilm(options);
   std::vector<RunRecord> runs = ReadRunFolder(options.folder);
   const bool few = options.format == "gltf" || options.format == "mcap";
   const std::size_t most = options.shapes > 0 ? options.shapes : few ? kFewShapes : kAllShapes;
@@ -161,7 +204,7 @@ void AddExportCommand(CLI::App& app, int& exit_status) {
   command->add_option("DIR", options.folder, "Folder of results")->required();
   command->add_option("--format", options.format, "For which program")
       ->required()
-      ->check(CLI::IsMember({"csv", "vtk", "npz", "gltf", "mcap"}));
+      ->check(CLI::IsMember({"csv", "vtk", "npz", "gltf", "mcap", "mp4"}));
   command
       ->add_option("--out", options.out,
                    "File or folder to make (default: DIR.npz, DIR_vtk ... beside DIR)")
@@ -171,6 +214,19 @@ void AddExportCommand(CLI::App& app, int& exit_status) {
                    "At most so many shapes, thinned evenly (default: all; gltf and mcap 400)")
       ->type_name("N")
       ->check(CLI::Range(2, 10'000'000));
+  const char* film = "Film";
+  command->add_option("--picture", options.picture, "Size of the pictures")
+      ->type_name("WIDTHxHEIGHT")
+      ->capture_default_str()
+      ->group(film);
+  command->add_option("--fps", options.film.frames_per_second, "Pictures a second")
+      ->check(CLI::Range(1.0, 120.0))
+      ->capture_default_str()
+      ->group(film);
+  command->add_option("--speed", options.film.speed, "Of the replay, times real time")
+      ->check(CLI::Range(0.01, 100.0))
+      ->capture_default_str()
+      ->group(film);
   command->add_flag("--json", options.json, "One JSON object on standard output");
   command->callback([&exit_status] { exit_status = Export(options); });
 }

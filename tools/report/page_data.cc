@@ -8,6 +8,7 @@
 
 #include "mantle/version.h"
 #include "tools/report/packed_array.h"
+#include "tools/report/telemetry_columns.h"
 
 namespace mantle::tools {
 namespace {
@@ -92,6 +93,21 @@ Json CountersJson(const std::vector<StatusTelemetry>& statuses, const PageOption
     columns[3].push_back(static_cast<double>(m.safe_decays));
   }
   return TableJson({"time_s", "misses", "fallbacks", "safe_decays"}, columns, options);
+}
+
+// Empty where no estimator reports.
+Json EstimateJson(const std::vector<ControlTelemetry>& controls, const PageOptions& options) {
+  std::vector<std::string> titles{"time_s"};
+  for (const auto& [title, value] : EstimateColumns(controls.front())) titles.push_back(title);
+  if (titles.size() == 1) return {};
+  std::vector<std::vector<double>> columns(titles.size());
+  for (const ControlTelemetry& m : controls) {
+    const auto row = EstimateColumns(m);
+    if (row.size() + 1 != columns.size()) continue;
+    columns[0].push_back(Seconds(m.utime));
+    for (std::size_t k = 0; k < row.size(); ++k) columns[k + 1].push_back(row[k].second);
+  }
+  return TableJson(titles, columns, options);
 }
 
 // Where the words change.
@@ -184,6 +200,26 @@ std::size_t FrameBytes(const ShapeTelemetry& m) {
   return numbers * sizeof(std::uint16_t) * 4 / 3 + 1;
 }
 
+// Arrows, for which so many instants and a line between them are enough; null where the messages
+// are not of these shapes.
+Json DragJson(const RunRecord& r) {
+  const std::size_t nodes = r.shapes.front().position.size();
+  const auto fits = [&](const WaterTelemetry& m) { return m.drag.size() == nodes; };
+  if (r.waters.empty() || !std::all_of(r.waters.begin(), r.waters.end(), fits)) return {};
+  constexpr std::size_t kMostInstants = 500;
+  const Rows kept = EveryKth(r.waters.size(), ThinningFor(r.waters.size(), kMostInstants));
+  Json j = {{"time", PackTimes(r.waters, kept)}};
+  j["nodes"] = Pack(Collect(r.waters, kept, [](const WaterTelemetry& m, auto* out) {
+                 for (const auto& force : m.drag) {
+                   out->insert(out->end(), force.begin(), force.end());
+                 }
+               })).json;
+  j["body"] = Pack(Collect(r.waters, kept, [](const WaterTelemetry& m, auto* out) {
+                out->insert(out->end(), m.body_drag.begin(), m.body_drag.end());
+              })).json;
+  return j;
+}
+
 Json ShapeJson(const std::vector<ShapeTelemetry>& shapes, std::size_t bytes) {
   const ShapeTelemetry& first = shapes.front();
   const std::size_t most = std::max(kFewestFrames, bytes / FrameBytes(first));
@@ -271,11 +307,19 @@ Json RunJson(const RunRecord& r, const PageOptions& options) {
     j["counters"] = CountersJson(r.statuses, options);
     j["status"] = StatusJson(r.statuses);
   }
+  if (!r.controls.empty()) {
+    if (Json estimate = EstimateJson(r.controls, options); !estimate.is_null()) {
+      j["estimate"] = std::move(estimate);
+    }
+  }
   if (!r.shapes.empty()) {
     constexpr std::size_t kLeastForShapes = 200'000;
-    const std::size_t others = j.dump(-1, ' ', false, Json::error_handler_t::replace).size();
+    Json drag = DragJson(r);
+    const std::size_t others =
+        drag.dump().size() + j.dump(-1, ' ', false, Json::error_handler_t::replace).size();
     const std::size_t left = options.run_bytes > others ? options.run_bytes - others : 0;
     j["shape"] = ShapeJson(r.shapes, std::max(left, kLeastForShapes));
+    j["shape"]["drag"] = std::move(drag);
   }
   return j;
 }

@@ -12,7 +12,7 @@
 
 namespace mantle::tools {
 
-inline constexpr int kPageFormat = 1;
+inline constexpr int kPageFormat = 2;
 
 struct PageOptions {
   /// Largest size of what one run puts on the page [bytes]; shapes are thinned to it.

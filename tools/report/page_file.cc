@@ -63,6 +63,15 @@ std::string FillPage(std::string page, const Json& data) {
   return page;
 }
 
+std::string ConnectedPage(std::string page) {
+  constexpr std::string_view kNone = "connect-src 'none'", kSelf = "connect-src 'self'";
+  const std::size_t place = page.find(kNone);
+  if (place == page.npos || place > page.find("<style>")) {
+    throw std::runtime_error("the report's page has no policy for its connections");
+  }
+  return page.replace(place, kNone.size(), kSelf);
+}
+
 ReportFile WriteReport(const std::vector<fs::path>& folders, const fs::path& out,
                        const PageOptions& options) {
   const std::string page = ReportPage();

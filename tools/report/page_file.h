@@ -20,6 +20,10 @@ std::string ReportPage();
 /// std::runtime_error where the page has not one mark.
 std::string FillPage(std::string page, const Json& data);
 
+/// `page` allowed to connect to the server that it came from: its policy allows none. Throws
+/// std::runtime_error where it has not one place that says so.
+std::string ConnectedPage(std::string page);
+
 struct ReportFile {
   std::filesystem::path file;
   std::size_t bytes{0};

@@ -3,12 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
 #include "loop/scene/regular_file.h"
 #include "tools/mantle/bad_input.h"
 #include "tools/mantle/lcm_bridge.h"
 #include "tools/mantle/output_folder.h"
+#include "tools/report/shape_fault.h"
+#include "tools/report/telemetry_columns.h"
 
 namespace mantle::tools {
 namespace {
@@ -38,30 +39,19 @@ class LogReader final : public TelemetrySink {
  public:
   LogReader(const fs::path& file, RunRecord* record) : file_(file), record_(record) {}
 
-  void Write(const StateTelemetry&) override {}
+  void Write(const StateTelemetry& m) override { record_->states.push_back(m); }
   void Write(const ReducedStateTelemetry&) override {}
   void Write(const PlanTelemetry& m) override { record_->plans.push_back(m); }
   void Write(const DrivesTelemetry& m) override { record_->drives.push_back(m); }
   void Write(const EnergyTelemetry& m) override { record_->energies.push_back(m); }
   void Write(const StatusTelemetry& m) override { record_->statuses.push_back(m); }
+  void Write(const ControlTelemetry& m) override { record_->controls.push_back(m); }
+  void Write(const WaterTelemetry& m) override { record_->waters.push_back(m); }
+  void Write(const SessionTelemetry&) override {}
   void Write(const ShapeTelemetry& m) override {
-    const auto sum = [](const std::vector<std::int32_t>& counts) {
-      return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
-    };
-    const auto few = [](const std::vector<std::int32_t>& counts) {
-      return std::any_of(counts.begin(), counts.end(), [](std::int32_t n) { return n < 1; });
-    };
-    if (few(m.arm_nodes) || few(m.cable_points) || sum(m.arm_nodes) != std::ssize(m.position) ||
-        sum(m.cable_points) != std::ssize(m.cable_position) ||
-        m.strain.size() + m.arm_nodes.size() != m.position.size() ||
-        m.mantle_strain.size() + (m.mantle_profile.empty() ? 0 : 1) != m.mantle_profile.size()) {
-      throw Bad(m, "its lists do not fit together");
-    }
+    if (const char* fault = ShapeFault(m)) throw Bad(m, fault);
     if (!record_->shapes.empty()) {
-      const ShapeTelemetry& first = record_->shapes.front();
-      if (m.arm_name != first.arm_name || m.arm_nodes != first.arm_nodes ||
-          m.mantle_profile.size() != first.mantle_profile.size() ||
-          m.cable_name != first.cable_name || m.cable_points != first.cable_points) {
+      if (!SameBodies(m, record_->shapes.front())) {
         throw Bad(m, "has other bodies than the first message, must be one robot in a log");
       }
       if (m.utime < record_->shapes.back().utime) {
@@ -129,9 +119,9 @@ RunRecord Start(const fs::path& folder, ResultKind kind, const Json& summary) {
   record.folder = folder;
   record.kind = kind;
   record.summary = summary;
-  record.complete = kind == ResultKind::kStudy   ? true
-                    : kind == ResultKind::kModes ? !summary.is_null()
-                                                 : IsComplete(summary);
+  record.complete = kind == ResultKind::kStudy                                ? true
+                    : kind == ResultKind::kModes || kind == ResultKind::kTune ? !summary.is_null()
+                                                                              : IsComplete(summary);
   if (summary.is_null()) {
     record.notes.push_back("There is no summary.json: the run was killed, or is still going on.");
   } else if (!record.complete && summary.contains("reason") && summary["reason"].is_string()) {
@@ -150,7 +140,8 @@ BadInput NoResults(const fs::path& folder) {
   if (fs::is_directory(folder)) {
     why +=
         "has no results: must hold summary.json or trajectory.csv of `mantle run`, `static`, "
-        "`modes` or `compare`, or study.json of `mantle study`";
+        "`modes` or `compare`, study.json of `mantle study`, tuning.json of `mantle tune`, or "
+        "telemetry.lcmlog";
   } else {
     why += fs::exists(folder) ? "is no folder: must be a folder of results"
                               : "there is no such folder: must be a folder of results";
@@ -174,6 +165,8 @@ const char* ToString(ResultKind kind) {
       return "modes";
     case ResultKind::kStudy:
       return "study";
+    case ResultKind::kTune:
+      return "tune";
   }
   return "run";
 }
@@ -183,6 +176,9 @@ std::vector<RunRecord> ReadRunFolder(const fs::path& folder) {
   if (!fs::is_directory(folder)) throw NoResults(folder);
   if (has("study.json") && !has("summary.json")) {
     return {Start(folder, ResultKind::kStudy, ReadJsonFile(folder / "study.json"))};
+  }
+  if (has("tuning.json") && !has("summary.json")) {
+    return {Start(folder, ResultKind::kTune, ReadJsonFile(folder / "tuning.json"))};
   }
   const Json summary = has("summary.json") ? ReadJsonFile(folder / "summary.json") : Json();
   if (has("full.csv") || has("reduced.csv")) {
@@ -199,7 +195,8 @@ std::vector<RunRecord> ReadRunFolder(const fs::path& folder) {
   const ResultKind kind = has("path.csv")     ? ResultKind::kStatic
                           : has("shapes.csv") ? ResultKind::kModes
                                               : ResultKind::kRun;
-  if (summary.is_null() && !has("trajectory.csv") && kind == ResultKind::kRun) {
+  const bool recording = summary.is_null() && !has("trajectory.csv") && kind == ResultKind::kRun;
+  if (recording && !has(kTelemetryLogName)) {
     throw NoResults(folder);
   }
   RunRecord record = Start(folder, kind, summary);
@@ -207,6 +204,11 @@ std::vector<RunRecord> ReadRunFolder(const fs::path& folder) {
   record.solver = ReadTable(folder / "solver.csv", &record);
   record.path = ReadTable(folder / "path.csv", &record);
   ReadLog(folder / kTelemetryLogName, &record);
+  if (recording) {
+    record.notes = {"A recording: telemetry alone, without a run's tables and summary."};
+    record.trajectory = RecordedTable(record.states, record.controls, record.energies);
+  }
+  record.states.clear();
   return {std::move(record)};
 }
 

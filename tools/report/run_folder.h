@@ -9,12 +9,12 @@
 #include "tools/mantle/telemetry.h"
 #include "tools/report/csv_table.h"
 
-/// A folder of results read back (docs/outputs.md): what `mantle run`, `static`, `modes`, `compare`
-/// and `study` leave, whole or as *.partial.
+/// A folder of results read back (docs/outputs.md): what `mantle run`, `static`, `modes`,
+/// `compare`, `study` and `tune` leave, whole or as *.partial, and recordings of `mantle live`.
 
 namespace mantle::tools {
 
-enum class ResultKind { kRun, kCompare, kStatic, kModes, kStudy };
+enum class ResultKind { kRun, kCompare, kStatic, kModes, kStudy, kTune };
 const char* ToString(ResultKind kind);
 
 struct RunRecord {
@@ -22,15 +22,19 @@ struct RunRecord {
   std::filesystem::path folder;  ///< as it was given
   ResultKind kind{ResultKind::kRun};
   bool complete{false};
-  Json summary;                    ///< of summary.json or study.json; null where there is none
+  Json summary;  ///< of summary.json, study.json or tuning.json; null where there is none
   std::vector<std::string> notes;  ///< what a reader must know: what is missing, or cut short
 
+  /// Of a recording, which has no tables, the trajectory is made of its log.
   std::optional<CsvTable> trajectory, solver, path;
   std::vector<ShapeTelemetry> shapes;  ///< all with the same bodies
   std::vector<PlanTelemetry> plans;
   std::vector<DrivesTelemetry> drives;
+  std::vector<StateTelemetry> states;  ///< of a recording alone, while it is read
   std::vector<EnergyTelemetry> energies;
   std::vector<StatusTelemetry> statuses;
+  std::vector<ControlTelemetry> controls;
+  std::vector<WaterTelemetry> waters;
 };
 
 /// One record; two (the full and the reduced model) of `mantle compare`. A log or table that is cut

@@ -2,6 +2,7 @@
 
 import * as three from "three";
 import { Body, type FieldRanges } from "./body";
+import { DragArrows, type DragRanges } from "./drag";
 import { parseColour, runColour } from "./colour";
 import { type Run, numberAt } from "./model";
 import { latest, locate, mix } from "./timeline";
@@ -14,11 +15,14 @@ export interface Layers {
   reference: boolean;
   plan: boolean;
   jet: boolean;
+  drag: boolean;
+  estimate: boolean;
   grid: boolean;
 }
 
 const kPlanColour = 0xcc79a7;
 const kReferenceColour = 0x8a8a8a;
+const kEstimateColour = 0xd55e00;
 
 /** Positions over time, x, y, z of each sample. */
 export interface Track {
@@ -52,36 +56,54 @@ function referenceTrack(run: Run): Float64Array | null {
   return null;
 }
 
+/** Where an observer believes the root to be; null where there is none. */
+function estimateAxes(run: Run): Float64Array[] | null {
+  const t = run.estimate;
+  if (t === null || !t.columns.has("sigma3_x_m")) return null;
+  const axes = ["estimate_x_m", "estimate_y_m", "estimate_z_m"].map((name) => t.columns.get(name));
+  return axes.every((axis) => axis !== undefined) ? (axes as Float64Array[]) : null;
+}
+
 function polyline(xyz: Float64Array, material: three.LineBasicMaterial): three.Line {
-  const geometry = new three.BufferGeometry();
-  geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(xyz), 3));
-  const line = new three.Line(geometry, material);
-  line.computeLineDistances();
+  const line = new three.Line(undefined, material);
+  redraw(line, xyz);
   line.frustumCulled = false;
   return line;
+}
+
+/** Gives a line other points. */
+function redraw(line: three.Line, xyz: Float64Array): void {
+  const geometry = new three.BufferGeometry();
+  geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(xyz), 3));
+  line.geometry.dispose();
+  line.geometry = geometry;
+  line.computeLineDistances();
 }
 
 export class Actor {
   readonly group = new three.Group();
   readonly body: Body | null;
-  readonly track: Track | null;
+  track: Track | null;
   visible = true;
   private readonly pathAll: three.Line | null = null;
   private readonly pathPast: three.Line | null = null;
   private readonly marker: three.Mesh | null = null;
   private readonly reference: three.Line | null = null;
-  private readonly referenceXyz: Float64Array | null;
+  private referenceXyz: Float64Array | null;
   private readonly referenceMarker: three.Mesh | null = null;
+  private readonly estimate: three.Mesh | null = null;
   private readonly planRoot: three.Line | null = null;
   private readonly planTips: three.Line[] = [];
   private readonly jet: three.ArrowHelper | null = null;
-  private readonly largestThrust: number;
+  private readonly drag: DragArrows | null = null;
+  private largestThrust: number;
 
   /** `index` among the page's runs gives its colour; `bodyLength` [m] the size of marks. */
   constructor(
     readonly run: Run,
     private readonly index: number,
     ranges: FieldRanges,
+    dragged: DragRanges,
     private readonly bodyLength: number,
   ) {
     const { group } = this;
@@ -117,6 +139,13 @@ export class Actor {
       );
       group.add(this.reference, this.referenceMarker);
     }
+    if (estimateAxes(run) !== null) {
+      this.estimate = new three.Mesh(
+        new three.OctahedronGeometry(0.035 * bodyLength),
+        new three.MeshBasicMaterial({ color: kEstimateColour, wireframe: true }),
+      );
+      group.add(this.estimate);
+    }
     if (run.plans !== null && run.plans.time.length > 0) {
       const line = (opacity: number) =>
         polyline(
@@ -127,22 +156,36 @@ export class Actor {
       for (let a = 0; a < run.plans.arms; ++a) this.planTips.push(line(0.6));
       group.add(this.planRoot, ...this.planTips);
     }
-    const thrust = run.trajectory?.columns.get("thrust_n");
-    this.largestThrust = thrust === undefined ? 0 : thrust.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
-    if (this.largestThrust > 0 && run.shape?.mantle != null) {
+    this.largestThrust = largestThrustOf(run);
+    if (run.shape != null && run.shape.drag !== null) {
+      this.drag = new DragArrows(run.shape, dragged, bodyLength);
+      group.add(this.drag.object);
+    }
+    if ((this.largestThrust > 0 || run.growing) && run.shape?.mantle != null && run.trajectory?.columns.has("thrust_n") === true) {
       this.jet = new three.ArrowHelper(new three.Vector3(0, 0, -1), new three.Vector3(), 1, 0x56b4e9);
       group.add(this.jet);
     }
   }
 
   /** Which lines there are. */
-  get lines(): { path: boolean; reference: boolean; plan: boolean; jet: boolean } {
+  get lines(): { path: boolean; reference: boolean; plan: boolean; jet: boolean; drag: boolean; estimate: boolean } {
     return {
       path: this.pathAll !== null,
       reference: this.reference !== null,
       plan: this.planRoot !== null,
       jet: this.jet !== null,
+      drag: this.drag !== null,
+      estimate: this.estimate !== null,
     };
+  }
+
+  /** The run has grown. */
+  refresh(): void {
+    this.track = rootTrack(this.run);
+    if (this.track !== null) for (const line of [this.pathAll, this.pathPast]) if (line !== null) redraw(line, this.track.xyz);
+    this.referenceXyz = referenceTrack(this.run);
+    if (this.reference !== null && this.referenceXyz !== null) redraw(this.reference, this.referenceXyz);
+    this.largestThrust = Math.max(this.largestThrust, largestThrustOf(this.run));
   }
 
   setDark(dark: boolean): void {
@@ -190,19 +233,32 @@ export class Actor {
       }
     }
     this.movePlan(t, layers.plan);
+    this.moveEstimate(t, layers.estimate);
+    if (this.drag !== null && this.body !== null) {
+      this.drag.object.visible = layers.drag;
+      if (layers.drag) this.drag.moveTo(t, this.body.root(t, new three.Vector3()));
+    }
     if (this.jet !== null && this.body !== null) {
       const thrust = this.run.trajectory!.columns.get("thrust_n")!;
       const value = mix(thrust, 1, locate(this.run.trajectory!.x, t), 0);
       const along = new three.Vector3();
       const from = new three.Vector3();
       this.body.jet(t, from, along);
-      const length = (0.35 * this.bodyLength * value) / this.largestThrust;
+      const length = (0.35 * this.bodyLength * value) / (this.largestThrust || 1);
       this.jet.visible = layers.jet && Math.abs(length) > 0.004 * this.bodyLength;
       this.jet.position.copy(from);
       this.jet.setDirection(along.multiplyScalar(Math.sign(length) || 1));
       const size = Math.max(Math.abs(length), 1e-6);
       this.jet.setLength(size, Math.min(0.3 * size, 0.06 * this.bodyLength), 0.03 * this.bodyLength);
     }
+  }
+
+  private moveEstimate(t: number, shown: boolean): void {
+    const axes = estimateAxes(this.run);
+    if (this.estimate === null || axes === null) return;
+    this.estimate.visible = shown;
+    const place = locate(this.run.estimate!.x, t);
+    this.estimate.position.set(mix(axes[0]!, 1, place, 0), mix(axes[1]!, 1, place, 0), mix(axes[2]!, 1, place, 0));
   }
 
   private movePlan(t: number, shown: boolean): void {
@@ -224,6 +280,12 @@ export class Actor {
     copy(this.planRoot, plans.root, 3, 0);
     this.planTips.forEach((line, a) => copy(line, plans.tips, 3 * plans.arms, 3 * a));
   }
+}
+
+function largestThrustOf(run: Run): number {
+  let most = 0;
+  for (const x of run.trajectory?.columns.get("thrust_n") ?? []) most = Math.max(most, Math.abs(x) || 0);
+  return most;
 }
 
 /** Largest extent of the first frame of any run, or what the scene says [m]. */

@@ -25,11 +25,13 @@ export interface Plot {
   curves: Curve[];
 }
 
-type Source = "trajectory" | "solver" | "energy" | "counters" | "path";
+type Source = "trajectory" | "solver" | "energy" | "counters" | "path" | "estimate";
 interface Channel {
   name: string;
   column: string;
   dashed?: boolean;
+  /** Times the column. */
+  factor?: number;
 }
 interface Spec {
   id: string;
@@ -56,6 +58,20 @@ function fixed(...channels: [string, string, boolean?][]): (table: Table) => Cha
     channels
       .filter(([, column]) => table.columns.has(column))
       .map(([name, column, dashed]) => ({ name, column, dashed: dashed ?? false }));
+}
+/** Errors of the estimator along the axes, between three deviations of each where they are told. */
+function withDeviations(stem: string, unit: string): (table: Table) => Channel[] {
+  return (table) =>
+    ["x", "y", "z"].flatMap((axis) => {
+      const column = `error_${stem}${axis}_${unit}`;
+      if (!table.columns.has(column)) return [];
+      const bound = `sigma3_${stem}${axis}_${unit}`;
+      const channels: Channel[] = [{ name: axis, column }];
+      if (table.columns.has(bound)) {
+        channels.push({ name: `${axis} +3σ`, column: bound, dashed: true }, { name: `${axis} −3σ`, column: bound, dashed: true, factor: -1 });
+      }
+      return channels;
+    });
 }
 const words = (text: string) => text.replaceAll("_", " ");
 
@@ -140,6 +156,20 @@ const kSpecs: Spec[] = [
     help: "Counted from the start of the run.",
     channels: fixed(["deadlines missed", "misses"], ["fallbacks", "fallbacks"], ["safe decays", "safe_decays"]),
   },
+  ...(
+    [
+      ["estimate_position", "Estimator's error: position", "mm", 1e3, "", "m"],
+      ["estimate_attitude", "Estimator's error: attitude", "mrad", 1e3, "r", "rad"],
+      ["estimate_velocity", "Estimator's error: velocity", "mm/s", 1e3, "v", "m_s"],
+      ["estimate_rate", "Estimator's error: turn rate", "mrad/s", 1e3, "w", "rad_s"],
+    ] as const
+  ).map(
+    ([id, title, unit, scale, stem, column]): Spec => ({
+      id, title, unit, scale, source: "estimate",
+      help: "Truth against estimate, in the root's frame; dashed: three of the deviations that the estimator expects.",
+      channels: withDeviations(stem, column),
+    }),
+  ),
   {
     id: "energy", title: "Energies", unit: "J", source: "trajectory",
     help: "Kinetic energy of solid and added mass, elastic energy of the bodies.",
@@ -236,13 +266,13 @@ export function choosePlots(runs: Run[]): Plot[] {
         const known = curves.find((c) => c.channel === channel.name && c.channel.endsWith("reference"));
         if (known !== undefined && agree(known, x, values, spec.scale ?? 1)) continue;
         // One colour for what is commanded and what comes of it.
-        const colour = channel.name.replace(/ (reference|commanded)$/, "");
+        const colour = channel.name.replace(/ (reference|commanded|[+−]3σ)$/, "");
         if (!channels.includes(colour)) channels.push(colour);
         curves.push({
           run: r,
           channel: channel.name,
           x,
-          y: scaled(values, spec.scale ?? 1, spec.logarithmic ?? false),
+          y: scaled(values, (spec.scale ?? 1) * (channel.factor ?? 1), spec.logarithmic ?? false),
           index: channels.indexOf(colour),
           dashed: channel.dashed ?? false,
         });

@@ -28,6 +28,8 @@ export interface PackedShape {
   mantle: { name: string; nodes: number; half_thickness: number; profile: Packed; hoop: Packed } | null;
   rigid: [number, number][];
   cables: { name: string; points: number; position: Packed; tension: Packed }[];
+  /** Drag of the water at the nodes of the arms [N/m], and on mantle and rigid body [N]. */
+  drag: { time: Packed; nodes: Packed; body: Packed } | null;
 }
 export interface PackedPlans {
   time: Packed;
@@ -57,7 +59,7 @@ export interface PackedStatus {
 export interface PackedRun {
   label: string;
   folder: string;
-  kind: "run" | "compare" | "static" | "modes" | "study";
+  kind: "run" | "compare" | "static" | "modes" | "study" | "tune";
   complete: boolean;
   summary: Json;
   notes: string[];
@@ -65,6 +67,7 @@ export interface PackedRun {
   solver?: PackedTable;
   energy?: PackedTable;
   path?: PackedTable;
+  estimate?: PackedTable;
   shape?: PackedShape;
   plans?: PackedPlans;
   drives?: PackedDrives;
@@ -75,11 +78,13 @@ export interface ReportData {
   format: number;
   made_by: string;
   runs: PackedRun[];
+  /** Of `mantle live`: the runs come from its server. */
+  live?: { url: string };
 }
 
 export type Json = null | boolean | number | string | Json[] | { [key: string]: Json };
 
-export const kFormat = 1;
+export const kFormat = 2;
 
 /** A table whose first column rises; columns by name. */
 export interface Table {
@@ -123,6 +128,8 @@ export interface Shape {
   mantle: Mantle | null;
   rigid: [number, number][];
   cables: Cable[];
+  /** At times of its own: nodes of all arms x 3 [N/m]; 3 [N]; the earth frame. */
+  drag: { time: Float64Array; nodes: Float64Array; body: Float64Array } | null;
 }
 export interface Plans {
   time: Float64Array;
@@ -148,12 +155,15 @@ export interface Run {
   folder: string;
   kind: PackedRun["kind"];
   complete: boolean;
+  /** It is looked at while it goes on. */
+  growing: boolean;
   summary: Json;
   notes: string[];
   trajectory: Table | null;
   solver: Table | null;
   energy: Table | null;
   path: Table | null;
+  estimate: Table | null;
   shape: Shape | null;
   plans: Plans | null;
   drives: Drives | null;
@@ -201,6 +211,7 @@ function decodeShape(shape: PackedShape | undefined): Shape | null {
       position: unpack(c.position),
       tension: unpack(c.tension),
     })),
+    drag: shape.drag === null ? null : { time: unpack(shape.drag.time), nodes: unpack(shape.drag.nodes), body: unpack(shape.drag.body) },
   };
 }
 
@@ -212,12 +223,14 @@ export function decodeRun(run: PackedRun): Run {
     folder: run.folder,
     kind: run.kind,
     complete: run.complete,
+    growing: false,
     summary: run.summary,
     notes: run.notes,
     trajectory: decodeTable(run.trajectory),
     solver: decodeTable(run.solver),
     energy: decodeTable(run.energy),
     path: decodeTable(run.path),
+    estimate: decodeTable(run.estimate),
     shape: decodeShape(run.shape),
     plans:
       plans === undefined

@@ -9,8 +9,11 @@ export class Player {
   private speedIndex = kSpeeds.indexOf(1);
   private listeners: ((player: Player) => void)[] = [];
 
-  /** From 0 to `duration` seconds. */
-  constructor(readonly duration: number) {}
+  /** From `begin` to `duration` seconds; both move on where a run grows. */
+  constructor(
+    public duration: number,
+    public begin = 0,
+  ) {}
 
   get speed(): number {
     return kSpeeds[this.speedIndex]!;
@@ -26,14 +29,14 @@ export class Player {
   }
 
   seek(time: number): void {
-    this.time = Math.min(Math.max(time, 0), this.duration);
+    this.time = Math.min(Math.max(time, this.begin), this.duration);
     this.tell();
   }
 
   /** Starts again from the beginning where it stands at the end. */
   toggle(): void {
     this.playing = !this.playing && this.duration > 0;
-    if (this.playing && this.time >= this.duration) this.time = 0;
+    if (this.playing && this.time >= this.duration) this.time = this.begin;
     this.tell();
   }
 

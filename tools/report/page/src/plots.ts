@@ -14,7 +14,8 @@ interface Hooks {
   /** The reader has clicked at this time [s]. */
   seek(time: number): void;
   runLabels: string[];
-  duration: number;
+  /** The runs go on: their last values are the present ones. */
+  growing: boolean;
 }
 
 /** One x for all curves: uPlot draws several tables over their joined x. */
@@ -38,23 +39,16 @@ export class PlotCard {
   private onScreen = true;
   private dark = false;
   private visible: boolean[] = [];
-  private readonly data: uPlot.AlignedData;
-  private readonly span: number;
+  private data: uPlot.AlignedData;
+  private span = 0;
+  private stale = false;
 
   constructor(
-    readonly plot: Plot,
+    public plot: Plot,
     private readonly hooks: Hooks,
   ) {
     this.data = join(plot);
-    let low = Number.POSITIVE_INFINITY;
-    let high = Number.NEGATIVE_INFINITY;
-    for (const { y } of plot.curves) {
-      for (const v of y) {
-        if (v < low) low = v;
-        if (v > high) high = v;
-      }
-    }
-    this.span = high - low;
+    this.span = spanOf(plot);
     this.hidden = plot.curves.map(() => false);
     this.host = element("div", { class: "plot-host" });
     this.now = element("div", { class: "plot-now", "aria-hidden": "true" });
@@ -172,6 +166,27 @@ export class PlotCard {
     this.showRows();
   }
 
+  /** The same curves with more points. */
+  update(plot: Plot): void {
+    this.plot = plot;
+    this.data = join(plot);
+    this.span = spanOf(plot);
+    this.stale = true;
+    if (this.onScreen) this.redraw();
+  }
+
+  private redraw(): void {
+    if (!this.stale) return;
+    this.stale = false;
+    this.chart?.setData(this.data);
+    this.moveNow();
+  }
+
+  dispose(): void {
+    this.chart?.destroy();
+    this.chart = null;
+  }
+
   resize(): void {
     this.chart?.setSize({ width: Math.max(this.host.clientWidth, 200), height: kHeight });
     this.moveNow();
@@ -180,6 +195,7 @@ export class PlotCard {
   /** What the reader does not see is not moved. */
   setOnScreen(onScreen: boolean): void {
     this.onScreen = onScreen;
+    if (onScreen) this.redraw();
     if (onScreen) this.setTime(this.time, true);
   }
 
@@ -191,7 +207,7 @@ export class PlotCard {
     if (this.plot.over !== "time" || !texts) return;
     this.plot.curves.forEach((curve, i) => {
       // A run that has ended has no value any more.
-      const ended = time > curve.x[curve.x.length - 1]! + 1e-6;
+      const ended = !this.hooks.growing && time > curve.x[curve.x.length - 1]! + 1e-6;
       const value = ended ? Number.NaN : mix(curve.y, 1, locate(curve.x, time), 0);
       const text = this.plot.logarithmic ? formatNumber(value, 3) : formatWithin(value, this.span);
       if (this.values[i]!.textContent !== text) this.values[i]!.textContent = text;
@@ -205,6 +221,18 @@ export class PlotCard {
     this.now.style.visibility = inside ? "visible" : "hidden";
     if (inside) this.now.style.transform = `translateX(${left}px)`;
   }
+}
+
+function spanOf(plot: Plot): number {
+  let low = Number.POSITIVE_INFINITY;
+  let high = Number.NEGATIVE_INFINITY;
+  for (const { y } of plot.curves) {
+    for (const v of y) {
+      if (v < low) low = v;
+      if (v > high) high = v;
+    }
+  }
+  return high - low;
 }
 
 /** A range with a little room; a constant gets room of its own size. */

@@ -105,8 +105,8 @@ export function makeWaypoints(runs: Run[], bodyLength: number): three.Group {
       if (!Array.isArray(place) || seen.has(`${i}:${place.join()}`)) return;
       seen.add(`${i}:${place.join()}`);
       const position = new three.Vector3(...(place as [number, number, number]));
-      const passed = at(waypoint, "passed") === true;
-      const colour = passed ? 0x009e73 : 0xd55e00;
+      const passed = at(waypoint, "passed");
+      const colour = passed === true ? 0x009e73 : passed === false ? 0xd55e00 : 0x56b4e9; // not yet known
       const radius = tolerance ?? 0.02 * bodyLength;
       const ball = new three.Mesh(
         new three.SphereGeometry(radius, 20, 14),
@@ -116,7 +116,8 @@ export function makeWaypoints(runs: Run[], bodyLength: number): three.Group {
         new three.SphereGeometry(0.15 * radius, 10, 8),
         new three.MeshBasicMaterial({ color: colour }),
       );
-      const text = label(`${i + 1}${runs.length === 1 ? (passed ? " ✓" : " ✗") : ""}`, passed ? "#009e73" : "#d55e00", 0.032, true);
+      const mark = runs.length > 1 || passed === null ? "" : passed === true ? " ✓" : " ✗";
+      const text = label(`${i + 1}${mark}`, `#${colour.toString(16).padStart(6, "0")}`, 0.032, true);
       for (const object of [ball, core, text]) {
         object.position.copy(position);
         group.add(object);

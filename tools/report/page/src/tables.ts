@@ -7,7 +7,7 @@ import { type Json, type Run, at, numberAt } from "./model";
 import { latest } from "./timeline";
 
 type Cell = string | null;
-interface Row {
+export interface Row {
   name: string;
   cells: Cell[];
 }
@@ -72,7 +72,7 @@ function list(run: Run, ...path: string[]): Cell {
 }
 
 const kFigures: [string, (run: Run) => Cell][] = [
-  ["Came to its end", (r) => (r.complete ? "yes" : "no: see above")],
+  ["Came to its end", (r) => (r.growing ? null : r.complete ? "yes" : "no: see above")],
   ["Simulated time", (r) => number(r, 1, "s", "sim_time_s")],
   ["Wall-clock time", (r) => number(r, 1, "s", "wall_time_s")],
   ["Times real time", (r) => number(r, 1, "", "realtime_factor")],
@@ -132,7 +132,7 @@ function rows(runs: Run[], specs: [string, (run: Run) => Cell][]): Row[] {
     .filter((row) => row.cells.some((cell) => cell !== null));
 }
 
-function table(title: string, labels: string[], body: Row[]): HTMLElement {
+export function table(title: string, labels: string[], body: Row[]): HTMLElement {
   const head = element("tr", {}, [element("td"), ...labels.map((l) => element("th", { scope: "col" }, [l]))]);
   const lines = body.map((row) =>
     element("tr", {}, [
@@ -150,10 +150,11 @@ function table(title: string, labels: string[], body: Row[]): HTMLElement {
 
 /** Figures and settings of runs, side by side. Studies have tables of their own. */
 export function figureTables(runs: Run[]): HTMLElement[] {
-  const shown = runs.filter((r) => r.kind !== "study");
+  const shown = runs.filter((r) => r.kind !== "study" && r.kind !== "tune");
   if (shown.length === 0) return [];
   const labels = shown.map((r) => r.label);
-  return [table("Figures", labels, rows(shown, kFigures)), table("What was run", labels, rows(shown, kSettings))];
+  const figures = rows(shown, kFigures);
+  return [...(figures.length > 0 ? [table("Figures", labels, figures)] : []), table("What was run", labels, rows(shown, kSettings))];
 }
 
 /** Modes of `mantle modes`. */
@@ -166,6 +167,20 @@ export function modesTable(run: Run): HTMLElement | null {
     cells: ["frequency_hz", "damping_ratio", "growth_rate_1_s"].map((key) => formatNumber(numberAt(mode, key), 5)),
   }));
   return table(`Modes: ${run.label}`, labels, body);
+}
+
+/** What the page leaves out, in words. */
+export function accuracyOf(runs: Run[]): string {
+  const parts: string[] = [];
+  for (const { label, shape, trajectory } of runs) {
+    if (shape !== null) {
+      parts.push(`${label}: ${shape.time.length} of ${shape.ofFrames} logged shapes, drawn within ${formatNumber(1e3 * shape.error_m, 2)} mm of the log`);
+    }
+    if (trajectory !== null && trajectory.x.length < trajectory.ofRows) {
+      parts.push(`${label}: ${trajectory.x.length} of ${trajectory.ofRows} rows are plotted`);
+    }
+  }
+  return parts.length === 0 ? "" : `${parts.join("; ")}.`;
 }
 
 /** The drives of a run at a time, in words. */

@@ -5,6 +5,7 @@ import * as three from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { Actor, type Layers, bodyLengthOf } from "./actor";
 import { type FieldRanges, fieldRanges } from "./body";
+import { type DragRanges, dragRanges } from "./drag";
 import type { Run } from "./model";
 import { findBounds, makeGrid, makeTriad, makeWaypoints } from "./stage";
 
@@ -26,7 +27,9 @@ function drawsInSoftware(): boolean {
 
 export class View3D {
   readonly ranges: FieldRanges;
-  readonly layers: Layers = { bodies: true, cables: true, path: true, reference: true, plan: true, jet: true, grid: true };
+  /** Of the arrows of the drag. */
+  readonly dragged: DragRanges;
+  readonly layers: Layers = { bodies: true, cables: true, path: true, reference: true, plan: true, jet: true, drag: false, estimate: true, grid: true };
   follow = true;
   /** WebGL is drawn by the processor. */
   readonly software: boolean;
@@ -55,16 +58,17 @@ export class View3D {
   /** Throws where the browser has no WebGL. */
   constructor(
     private readonly canvas: HTMLCanvasElement,
-    runs: Run[],
+    private readonly runs: Run[],
   ) {
     const software = drawsInSoftware();
     this.software = software;
     this.renderer = new three.WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
     this.pixelRatio = Math.min(window.devicePixelRatio || 1, software ? 1 : 2);
     this.ranges = fieldRanges(runs);
+    this.dragged = dragRanges(runs);
     this.byRun = runs.filter((r) => r.shape !== null).length > 1;
     this.bodyLength = bodyLengthOf(runs);
-    this.actors = runs.map((run, index) => new Actor(run, index, this.ranges, this.bodyLength));
+    this.actors = runs.map((run, index) => new Actor(run, index, this.ranges, this.dragged, this.bodyLength));
     this.bounds = findBounds(this.actors, runs);
     this.waypoints = makeWaypoints(runs, this.bodyLength);
     this.camera.up.set(0, 0, 1);
@@ -93,12 +97,68 @@ export class View3D {
   }
 
   /** Which lines there are besides the paths. */
-  lines(): { path: boolean; reference: boolean; plan: boolean; waypoints: boolean; jet: boolean } {
-    const any = (line: "path" | "reference" | "plan" | "jet") => this.actors.some((actor) => actor.lines[line]);
+  lines(): { path: boolean; reference: boolean; plan: boolean; waypoints: boolean; jet: boolean; drag: boolean; estimate: boolean } {
+    const any = (line: "path" | "reference" | "plan" | "jet" | "drag" | "estimate") => this.actors.some((actor) => actor.lines[line]);
     return {
-      path: any("path"), reference: any("reference"), plan: any("plan"), jet: any("jet"),
+      path: any("path"), reference: any("reference"), plan: any("plan"), jet: any("jet"), drag: any("drag"), estimate: any("estimate"),
       waypoints: this.waypoints.children.length > 0,
     };
+  }
+
+  /** The runs have grown: true where the colours span more than before, or the grid has moved. */
+  refresh(): boolean {
+    for (const actor of this.actors) actor.refresh();
+    const field = fieldRanges(this.runs);
+    const drag = dragRanges(this.runs);
+    let wider = false;
+    const widen = <T extends Record<keyof T, number>>(known: T, seen: T) => {
+      for (const name of Object.keys(known) as (keyof T)[]) {
+        if (seen[name] <= known[name]) continue;
+        // In steps, so that the colours of what has been seen stay for a while.
+        known[name] = (1.25 * seen[name]) as T[keyof T];
+        wider = true;
+      }
+    };
+    widen(this.ranges, field);
+    widen(this.dragged, drag);
+    const room = this.bounds.clone().expandByScalar(0.1 * this.bodyLength);
+    const middle = new three.Vector3();
+    for (const actor of this.actors) {
+      if (!actor.focus(Number.POSITIVE_INFINITY, middle)) continue;
+      const here = new three.Box3().setFromCenterAndSize(middle, new three.Vector3().setScalar(1.4 * this.bodyLength));
+      if (room.containsBox(here)) continue;
+      this.bounds.union(here.expandByScalar(0.5 * this.bodyLength));
+      this.layGrid();
+      wider = true;
+    }
+    this.setTime(this.time);
+    return wider;
+  }
+
+  /** Gives the graphics processor back what it holds. */
+  dispose(): void {
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
+  }
+
+  /** The view at a time, as a PNG of this size from this side; the view stays as it is. */
+  snapshot(time: number, view: ViewName, width: number, height: number): string {
+    const { follow } = this;
+    const before = { time: this.time, size: this.renderer.getSize(new three.Vector2()), position: this.camera.position.clone(), target: this.controls.target.clone(), followed: this.followed.clone() };
+    this.follow = true;
+    this.setTime(time);
+    this.resize(width, height);
+    this.look(view);
+    const picture = this.picture();
+    this.follow = follow;
+    this.resize(before.size.x, before.size.y);
+    this.camera.position.copy(before.position);
+    this.controls.target.copy(before.target);
+    this.controls.update();
+    this.followed.copy(before.followed);
+    this.setTime(before.time);
+    return picture;
   }
 
   hasBodies(): boolean {

@@ -6,8 +6,11 @@ import { gradient } from "./colour";
 import { element, formatNumber } from "./dom";
 import type { View3D, ViewName } from "./view3d";
 
-/** Buttons over the view, and what is drawn. `onByRun` hears whether bodies have the colours of their runs. */
-export function viewTools(view: View3D, follow: HTMLElement, time: () => number, onByRun: (byRun: boolean) => void): HTMLElement {
+/**
+ * Buttons over the view, and what is drawn. `onByRun` hears whether bodies have the colours of their runs,
+ * `onLayers` that other things are drawn.
+ */
+export function viewTools(view: View3D, follow: HTMLElement, time: () => number, onByRun: (byRun: boolean) => void, onLayers: () => void): HTMLElement {
   const tools = element("div", { class: "view-tools" });
   const looks: [ViewName, string, string][] = [
     ["oblique", "3D", "From an angle (1)"], ["front", "xz", "Along y (2)"], ["side", "yz", "Along x (3)"], ["top", "xy", "From above (4)"],
@@ -26,12 +29,16 @@ export function viewTools(view: View3D, follow: HTMLElement, time: () => number,
   const menu = element("div", { class: "menu" });
   const names: [keyof Layers, string][] = [
     ["bodies", "bodies"], ["cables", "cables"], ["path", "path of the root"], ["reference", "reference, waypoints"],
-    ["plan", "plan ahead"], ["jet", "jet"], ["grid", "grid"],
+    ["plan", "plan ahead"], ["jet", "jet"], ["drag", "drag of the water"], ["estimate", "estimated root"], ["grid", "grid"],
   ];
   for (const [layer, text] of names) {
+    if ((layer === "drag" || layer === "estimate") && !view.lines()[layer]) continue;
     const box = element("input", { type: "checkbox" });
     box.checked = view.layers[layer];
-    box.addEventListener("change", () => view.setLayer(layer, box.checked));
+    box.addEventListener("change", () => {
+      view.setLayer(layer, box.checked);
+      onLayers();
+    });
     menu.append(element("label", {}, [box, text]));
   }
   const byRun = element("input", { type: "checkbox" });
@@ -77,6 +84,8 @@ export function colourBars(view: View3D, runs: number): HTMLElement {
   line(lines.plan, "plan", "plan ahead");
   line(lines.waypoints, "waypoint", "waypoint, tolerance");
   line(lines.jet, "jet", "jet");
+  line(lines.estimate && view.layers.estimate, "estimate", "estimated root");
+  line(lines.drag && view.layers.drag, "drag", `drag, at most ${formatNumber(view.dragged.nodes, 2)} N/m; of the body ${formatNumber(view.dragged.body, 2)} N`);
   bars.append(key);
   bars.append(element("div", { class: "grid-note" }, [`grid ${formatNumber(view.gridSpacing_m, 2)} m`]));
   return bars;

@@ -18,6 +18,9 @@ mantle("run", join(scenes, "steer.toml"), ...short, "--out", "mpc");
 mantle("run", join(scenes, "steer.toml"), ...short, "--controller", "pid", "--out", "pid");
 mantle("run", join(scenes, "arm_dynamic.toml"), "--set", "time.duration=0.2", "--shape-every", "0", "--out", "bare");
 mantle("static", join(scenes, "mantle_static.toml"), "--out", "static");
+mantle("run", join(scenes, "reach_noise.toml"), "--set", "time.duration=0.5", "--out", "noise", "--report");
+mantle("run", join(scenes, "paper.toml"), "--set", "time.duration=2", "--out", "paper", "--report");
+mantle("tune", join(scenes, "reach.toml"), "--set", "time.duration=0.3", "--evaluations", "4", "--out", "tuned", "--report");
 mantle("report", "mpc");
 mantle("report", "mpc", "pid", "--out", "both.html");
 mantle("report", "bare");
@@ -37,14 +40,14 @@ async function until(claim) {
   }
 }
 const frames = (page) => page.evaluate(() => Number(document.getElementById("app").dataset.frames ?? 0));
-async function open(file, width, height) {
+async function open(file, width, height, draws = true) {
   const page = await browser.newPage({ viewport: { width, height } });
   page.on("console", (m) => ["error", "warning"].includes(m.type()) && !/GPU stall|swiftshader|software WebGL/i.test(m.text()) && complaints.push(`${file}: ${m.text()}`));
   page.on("pageerror", (e) => complaints.push(`${file}: ${e.message}`));
   page.on("request", (r) => !/^(file|data|blob):/.test(r.url()) && complaints.push(`${file}: asks for ${r.url()}`));
   await page.goto(`file://${join(work, file)}`);
   await page.waitForSelector("#app[data-ready]");
-  await until(async () => (await frames(page)) > 0);
+  if (draws) await until(async () => (await frames(page)) > 0);
   return page;
 }
 const time = (page) => page.evaluate(() => Number(document.getElementById("app").dataset.time));
@@ -140,6 +143,47 @@ try {
   });
   await phone.close();
 
+  const noise = await open("noise/report.html", 1280, 720);
+  await check("the estimator's errors stand between three deviations", async () => {
+    const names = await noise.locator(".plot[data-plot=estimate_rate] .legend-row .name").allInnerTexts();
+    assert.deepEqual(names.slice(0, 3), ["x", "x +3σ", "x −3σ"]);
+  });
+  await check("the estimated root is drawn beside the true one", async () => {
+    assert.equal(await noise.locator(".line-key .estimate").count(), 1);
+    const before = await picture(noise);
+    await noise.locator(".layers summary").click();
+    await noise.locator(".layers label", { hasText: "estimated root" }).click();
+    await noise.locator(".layers summary").click();
+    await until(async () => (await picture(noise)) !== before);
+  });
+  await check("arrows of the drag are there on request alone", async () => {
+    await noise.keyboard.press("End");
+    assert.equal(await noise.locator(".line-key .drag").count(), 0);
+    const before = await picture(noise);
+    await noise.locator(".layers summary").click();
+    await noise.locator(".layers label", { hasText: "drag of the water" }).click();
+    await noise.locator(".layers summary").click();
+    await until(async () => (await picture(noise)) !== before);
+    assert.equal(await noise.locator(".line-key .drag").count(), 1);
+  });
+  await noise.close();
+  const paper = await open("paper/report.html", 1280, 720);
+  await check("the paper's scene has the paper's figures, as far as the run goes", async () => {
+    const pictures = paper.locator("[data-figure=snapshots] img");
+    assert.equal(await pictures.count(), 2); // at 0 and 1.5 s of 2 s
+    const sources = await pictures.evaluateAll((list) => list.map((p) => p.src));
+    assert.ok(sources.every((s) => s.startsWith("data:image/png") && s.length > 5000));
+    assert.notEqual(sources[0], sources[1]);
+    assert.equal(await paper.locator("[data-figure=powers] canvas").count(), 1);
+    assert.equal(await paper.evaluate(() => Number(document.getElementById("app").dataset.time)), 0, "the replay stands where it was");
+  });
+  await paper.close();
+  const tuned = await open("tuned/report.html", 1280, 720, false);
+  await check("what was tuned is told, with the search's way", async () => {
+    assert.equal(await tuned.locator("[data-figure=search] canvas").count(), 1);
+    assert.match(await tuned.locator("text=Tuned on reach").locator("..").innerText(), /Cost before/);
+  });
+  await tuned.close();
   const bare = await open("bare/report.html", 1280, 720);
   await check("results without shapes say why there are no bodies", async () => {
     assert.match(await bare.locator(".hint").innerText(), /--shape-every 0/);

@@ -9,8 +9,8 @@ function table(over: string, columns: Record<string, number[]>): Table {
 }
 function run(label: string, trajectory: Table | null, more: Partial<Run> = {}): Run {
   return {
-    label, folder: label, kind: "run", complete: true, summary: null, notes: [], trajectory, solver: null, energy: null,
-    path: null, shape: null, plans: null, drives: null, status: null, counters: null, ...more,
+    label, folder: label, kind: "run", complete: true, growing: false, summary: null, notes: [], trajectory, solver: null, energy: null,
+    path: null, estimate: null, shape: null, plans: null, drives: null, status: null, counters: null, ...more,
   };
 }
 

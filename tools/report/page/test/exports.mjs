@@ -1,6 +1,6 @@
 // Exports opened by other programs' own readers: node test/exports.mjs PROGRAM SCENES WORK
 import assert from "node:assert/strict";
-import { execFileSync } from "node:child_process";
+import { execFileSync, spawnSync } from "node:child_process";
 import { mkdirSync, readFileSync, rmSync } from "node:fs";
 import { join, resolve } from "node:path";
 import { McapStreamReader } from "@mcap/core";
@@ -68,4 +68,23 @@ const shapes = rows.length - 1;
   const far = Math.hypot(...["root_x_m", "root_y_m", "root_z_m"].map((name, k) => apex[k] - last[name]));
   assert.ok(far < 0.005, `${far} m from the root`);
   console.log("ok - gltf: meshes and their motion, read by three's GLTFLoader");
+}
+
+{
+  // A film, read by ffmpeg's own tool; where Chromium or ffmpeg is missing the program says so.
+  const film = spawnSync(program, ["export", "run", "--format", "mp4", "--fps", "10", "--picture", "320x240"], { cwd: work, encoding: "utf8" });
+  if (film.status === 2 && /is not in PATH/.test(film.stderr)) {
+    console.log(`skipped - mp4: ${film.stderr.trim()}`);
+  } else {
+    assert.equal(film.status, 0, film.stderr);
+    const probe = ["-v", "error", "-select_streams", "v", "-show_entries", "stream=codec_name,width,height,nb_frames", "-of", "csv=p=0", "run.mp4"];
+    assert.equal(execFileSync("ffprobe", probe, { cwd: work, encoding: "utf8" }).trim(), "h264,320,240,5");
+    const picture = (seconds) =>
+      execFileSync("ffmpeg", ["-v", "error", "-ss", String(seconds), "-i", "run.mp4", "-frames:v", "1", "-f", "rawvideo", "-pix_fmt", "gray", "-"], { cwd: work });
+    const [first, later] = [picture(0), picture(0.4)];
+    assert.equal(first.length, 320 * 240);
+    const changed = first.filter((v, i) => Math.abs(v - later[i]) > 40).length;
+    assert.ok(changed > 100, `${changed} pixels differ between the first picture and the last`);
+    console.log("ok - mp4: pictures that move, read by ffmpeg");
+  }
 }
