@@ -1,5 +1,6 @@
 """Sphinx: docs/ as a book. tools/book builds it, and gives the paths below."""
 
+import logging
 import os
 
 project = "Mantle"
@@ -10,8 +11,7 @@ release = version = os.environ["MANTLE_BOOK_VERSION"]
 extensions = ["myst_parser", "breathe", "sphinx.ext.mathjax"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
-# A link to a heading is written as forges want it, #folders-and-exit-statuses.
-suppress_warnings = ["myst.mathjax"]
+suppress_warnings = ["myst.mathjax"]  # what it would tell about MathJax 3; this is 2
 exclude_patterns = ["_static"]
 nitpicky = False
 
@@ -49,3 +49,11 @@ mathjax2_config = {
     "showMathMenu": False,
     "SVG": {"font": "TeX", "linebreaks": {"automatic": True}},
 }
+
+
+def setup(app):
+    """Every header opens its namespaces anew, which is no second definition of them."""
+    opened = "Declaration is '.. cpp:type:: %s'."
+    namespaces = {opened % name for name in ("mantle", "model", "reduced", "controller", "firmware_sim", "loop", "scene")}
+    logging.getLogger("sphinx.sphinx.domains.cpp").addFilter(
+        lambda record: record.getMessage().rpartition("\n")[2] not in namespaces)

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""book_reference.py ROOT OUT: writes the pages of the book's reference into the folder OUT, one for every
-public header, and one for every folder that holds some."""
+"""book_reference.py ROOT XML OUT: writes the pages of the book's reference into the folder OUT, one for every
+folder of public headers. In Doxygen's XML it mends what Sphinx does not read."""
 
 import pathlib
+import re
 import sys
 
 FOLDERS = {
@@ -21,29 +22,35 @@ FOLDERS = {
 }
 
 
-def toctree(entries):
-    return "```{toctree}\n:maxdepth: 1\n\n" + "\n".join(entries) + "\n```\n"
+def mend(text):
+    """Numbers and texts in several parts, which Doxygen keeps apart or splits, in one: Sphinx reads no others."""
+    text = re.sub(r"(?<=\d) (?:'|&apos;)(?=\d)", "", text)
+    return re.sub(r"&quot;&quot;(?=[^\s,;)}<])", "", text)
 
 
 def main():
-    root, out = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+    root, xml, out = (pathlib.Path(argument) for argument in sys.argv[1:])
+    for page in xml.glob("*.xml"):
+        before = page.read_text()
+        after = mend(before)
+        if after != before:
+            page.write_text(after)
     headers = [path.relative_to(root).as_posix()
                for top in ("model", "reduced", "controller", "firmware_sim", "loop")
                for path in sorted((root / top).rglob("*.h"))]
     unknown = {header.rpartition("/")[0] for header in headers} - FOLDERS.keys()
     if unknown:
         sys.exit(f"book_reference.py: no title for the folders {', '.join(sorted(unknown))}")
-    folders = {folder: [h for h in headers if h.rpartition("/")[0] == folder] for folder in FOLDERS}
-    for folder, inside in folders.items():
-        for header in inside:
-            page = out / f"{header.removesuffix('.h')}.md"
-            page.parent.mkdir(parents=True, exist_ok=True)
-            page.write_text(f"# `{header}`\n\n```{{doxygenfile}} {header}\n```\n")
-        entries = [f"{header.rpartition('/')[2].removesuffix('.h')}" for header in inside]
-        (out / folder / "index.md").write_text(f"# {FOLDERS[folder]}\n\n" + toctree(entries))
+    out.mkdir(parents=True, exist_ok=True)
+    entries = []
+    for folder, title in FOLDERS.items():
+        inside = [header for header in headers if header.rpartition("/")[0] == folder]
+        entries.append(folder.replace("/", "_"))
+        (out / f"{entries[-1]}.md").write_text(f"# {title}\n\n" + "".join(
+            f"## {header}\n\n```{{doxygenfile}} {header}\n```\n\n" for header in inside))
     (out / "index.md").write_text(
-        "# C++ reference\n\nFrom the headers. [library.md](../library.md) says what to link.\n\n"
-        + toctree(f"{folder}/index" for folder in folders if folders[folder]))
+        "# C++ reference\n\nFrom the public headers. [library.md](../library.md) says what to link.\n\n"
+        "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(entries) + "\n```\n")
 
 
 if __name__ == "__main__":
