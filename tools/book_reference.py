@@ -2,9 +2,11 @@
 """book_reference.py ROOT XML OUT: writes the pages of the book's reference into the folder OUT, one for every
 folder of public headers. In Doxygen's XML it mends what Sphinx does not read."""
 
+import copy
 import pathlib
 import re
 import sys
+import xml.etree.ElementTree as tree
 
 FOLDERS = {
     "model": "Mechanics: robot, loads, rod, shell, rigid body, integrators, statics",
@@ -25,7 +27,39 @@ FOLDERS = {
 def mend(text):
     """Numbers and texts in several parts, which Doxygen keeps apart or splits, in one: Sphinx reads no others."""
     text = re.sub(r"(?<=\d) (?:'|&apos;)(?=\d)", "", text)
-    return re.sub(r"&quot;&quot;(?=[^\s,;)}<])", "", text)
+    return re.sub(r"(?:&quot;|\")\s*\n\s*(?:&quot;|\")", "", text)
+
+
+def split_namespaces(xml):
+    """Gives every header namespaces of its own, with what it declares there. Doxygen has one of each for all
+    headers, which Breathe would go through for every header anew."""
+    namespaces = {page.stem: tree.parse(page) for page in xml.glob("namespace*.xml")}
+    for page in xml.glob("*_8h.xml"):
+        header = tree.parse(page)
+        compound = header.find("compounddef")
+        location = compound.find("location").get("file")
+        for reference in compound.findall("innernamespace"):
+            part = copy.deepcopy(namespaces[reference.get("refid")])
+            inside = part.find("compounddef")
+            members = 0
+            for section in inside.findall("sectiondef"):
+                for member in section.findall("memberdef"):
+                    if member.find("location").get("file") == location:
+                        members += 1
+                    else:
+                        section.remove(member)
+                if section.find("memberdef") is None:
+                    inside.remove(section)
+            for other in [*inside.findall("innerclass"), *inside.findall("innernamespace")]:
+                inside.remove(other)
+            if members == 0:
+                compound.remove(reference)
+                continue
+            name = f"{reference.get('refid')}_in_{page.stem}"
+            inside.set("id", name)
+            reference.set("refid", name)
+            part.write(xml / f"{name}.xml", encoding="unicode")
+        header.write(page, encoding="unicode")
 
 
 def main():
@@ -35,6 +69,7 @@ def main():
         after = mend(before)
         if after != before:
             page.write_text(after)
+    split_namespaces(xml)
     headers = [path.relative_to(root).as_posix()
                for top in ("model", "reduced", "controller", "firmware_sim", "loop")
                for path in sorted((root / top).rglob("*.h"))]
