@@ -30,6 +30,16 @@ def mend(text):
     return re.sub(r"(?:&quot;|\")\s*\n\s*(?:&quot;|\")", "", text)
 
 
+def about(header):
+    """What a header says of itself: the comment before it opens its namespace, or of the file."""
+    found = re.search(r"((?:^///[^\n]*\n)+)\s*(?:#define[^\n]*\n\s*)*^namespace mantle", header, re.M) or re.search(
+        r"^/// @file\n((?:^///[^\n]*\n)+)", header, re.M)
+    if not found:
+        return ""
+    text = re.sub(r"^/// ?", "", found.group(1), flags=re.M).rstrip()
+    return f"```text\n{text}\n```\n\n"
+
+
 def split_namespaces(xml):
     """Gives every header namespaces of its own, with what it declares there. Doxygen has one of each for all
     headers, which Breathe would go through for every header anew."""
@@ -50,8 +60,10 @@ def split_namespaces(xml):
                         section.remove(member)
                 if section.find("memberdef") is None:
                     inside.remove(section)
-            for other in [*inside.findall("innerclass"), *inside.findall("innernamespace")]:
-                inside.remove(other)
+            # What headers say of themselves before they open a namespace, Doxygen adds up there; `about` has it.
+            for kind in ("innerclass", "innernamespace", "briefdescription", "detaileddescription"):
+                for other in inside.findall(kind):
+                    inside.remove(other)
             if members == 0:
                 compound.remove(reference)
                 continue
@@ -82,7 +94,7 @@ def main():
         inside = [header for header in headers if header.rpartition("/")[0] == folder]
         entries.append(folder.replace("/", "_"))
         (out / f"{entries[-1]}.md").write_text(f"# {title}\n\n" + "".join(
-            f"## {header}\n\n```{{doxygenfile}} {header}\n```\n\n" for header in inside))
+            f"## {header}\n\n{about((root / header).read_text())}```{{doxygenfile}} {header}\n```\n\n" for header in inside))
     (out / "index.md").write_text(
         "# C++ reference\n\nFrom the public headers. [library.md](../library.md) says what to link.\n\n"
         "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(entries) + "\n```\n")
