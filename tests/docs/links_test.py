@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Every file and heading that a page links exists; every path in backticks exists; every page stands in the
-contents of the book."""
+contents of the book; what a page quotes of an example stands there."""
 
 import fnmatch
 import re
@@ -12,6 +12,8 @@ from markdown_pages import ROOT, file_of, name, pages, slugs, split
 SOURCE_SUFFIX = (".h", ".cc", ".py", ".md", ".sh", ".lcm", ".eds", ".cff", ".toml")
 # Files in backticks that a command makes, or a message names.
 MADE = {"mine.toml", "scene.toml", "baselines.toml", "mantle_drive.eds"}
+# Pages whose blocks of C++ are parts of an example.
+QUOTES = {"docs/tutorials/own_controller.md": "examples/own_controller.cc"}
 
 
 def repository_files():
@@ -65,6 +67,13 @@ def main():
                         paths += 1
                         if token not in saved and not fnmatch.filter(base_names, token):
                             problems.append(f"{where}: `{token}` is no file of the repository")
+
+    for page, example in QUOTES.items():
+        lines = [line.strip() for line in (ROOT / example).read_text().splitlines()]
+        for block in split(texts[ROOT / page])[0]:
+            quoted = [line.strip() for line in block.text.splitlines()]
+            if block.language == "cpp" and not any(lines[i:i + len(quoted)] == quoted for i in range(len(lines))):
+                problems.append(f"{page}:{block.line}: is no part of {example}")
 
     contents = "\n".join(block.text for block in split(texts[ROOT / "docs/index.md"])[0] if "toctree" in block.language)
     entries = [line for line in contents.splitlines() if line and not line.startswith(":")]
