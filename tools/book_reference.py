@@ -96,7 +96,7 @@ def main():
         (out / f"{entries[-1]}.md").write_text(f"# {title}\n\n" + "".join(
             f"## {header}\n\n{about((root / header).read_text())}```{{doxygenfile}} {header}\n```\n\n" for header in inside))
     (out / "index.md").write_text(
-        "# C++ reference\n\nFrom the public headers. [library.md](../library.md) says what to link.\n\n"
+        "# C++ reference\n\nFrom the public headers. [Mantle as a library](../library.md) says what to link.\n\n"
         "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(entries) + "\n```\n")
 
 
