@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""book_reference.py ROOT XML OUT: writes the pages of the book's reference into the folder OUT, one for every
+folder of public headers. In Doxygen's XML it mends what Sphinx does not read."""
+
+import copy
+import pathlib
+import re
+import sys
+import xml.etree.ElementTree as tree
+
+FOLDERS = {
+    "model": "Mechanics: robot, loads, rod, shell, rigid body, integrators, statics",
+    "reduced": "The reduced model at run time",
+    "reduced/build": "Making a reduced model of a robot",
+    "controller": "Plans, baselines, estimators",
+    "firmware_sim/bus": "CAN buses",
+    "firmware_sim/canopen": "CANopen",
+    "firmware_sim/drive": "Drives",
+    "firmware_sim/master": "Master of the drives",
+    "loop": "The closed loop",
+    "loop/plant_side": "The plant's side of the wire",
+    "loop/control_side": "The controller's side of the wire",
+    "loop/scene": "Scene files",
+}
+
+
+def mend(text):
+    """Numbers and texts in several parts, which Doxygen keeps apart or splits, in one: Sphinx reads no others."""
+    text = re.sub(r"(?<=\d) (?:'|&apos;)(?=\d)", "", text)
+    return re.sub(r"(?:&quot;|\")\s*\n\s*(?:&quot;|\")", "", text)
+
+
+def about(header):
+    """What a header says of itself: the comment before it opens its namespace, or of the file."""
+    found = re.search(r"((?:^///[^\n]*\n)+)\s*(?:#define[^\n]*\n\s*)*^namespace mantle", header, re.M) or re.search(
+        r"^/// @file\n((?:^///[^\n]*\n)+)", header, re.M)
+    if not found:
+        return ""
+    text = re.sub(r"^/// ?", "", found.group(1), flags=re.M).rstrip()
+    return f"```text\n{text}\n```\n\n"
+
+
+def split_namespaces(xml):
+    """Gives every header namespaces of its own, with what it declares there. Doxygen has one of each for all
+    headers, which Breathe would go through for every header anew."""
+    namespaces = {page.stem: tree.parse(page) for page in xml.glob("namespace*.xml")}
+    for page in xml.glob("*_8h.xml"):
+        header = tree.parse(page)
+        compound = header.find("compounddef")
+        location = compound.find("location").get("file")
+        for reference in compound.findall("innernamespace"):
+            part = copy.deepcopy(namespaces[reference.get("refid")])
+            inside = part.find("compounddef")
+            members = 0
+            for section in inside.findall("sectiondef"):
+                for member in section.findall("memberdef"):
+                    if member.find("location").get("file") == location:
+                        members += 1
+                    else:
+                        section.remove(member)
+                if section.find("memberdef") is None:
+                    inside.remove(section)
+            # What headers say of themselves before they open a namespace, Doxygen adds up there; `about` has it.
+            for kind in ("innerclass", "innernamespace", "briefdescription", "detaileddescription"):
+                for other in inside.findall(kind):
+                    inside.remove(other)
+            if members == 0:
+                compound.remove(reference)
+                continue
+            name = f"{reference.get('refid')}_in_{page.stem}"
+            inside.set("id", name)
+            reference.set("refid", name)
+            part.write(xml / f"{name}.xml", encoding="unicode")
+        header.write(page, encoding="unicode")
+
+
+def main():
+    root, xml, out = (pathlib.Path(argument) for argument in sys.argv[1:])
+    for page in xml.glob("*.xml"):
+        before = page.read_text()
+        after = mend(before)
+        if after != before:
+            page.write_text(after)
+    split_namespaces(xml)
+    headers = [path.relative_to(root).as_posix()
+               for top in ("model", "reduced", "controller", "firmware_sim", "loop")
+               for path in sorted((root / top).rglob("*.h"))]
+    unknown = {header.rpartition("/")[0] for header in headers} - FOLDERS.keys()
+    if unknown:
+        sys.exit(f"book_reference.py: no title for the folders {', '.join(sorted(unknown))}")
+    out.mkdir(parents=True, exist_ok=True)
+    entries = []
+    for folder, title in FOLDERS.items():
+        inside = [header for header in headers if header.rpartition("/")[0] == folder]
+        entries.append(folder.replace("/", "_"))
+        (out / f"{entries[-1]}.md").write_text(f"# {title}\n\n" + "".join(
+            f"## {header}\n\n{about((root / header).read_text())}```{{doxygenfile}} {header}\n```\n\n" for header in inside))
+    (out / "index.md").write_text(
+        "# C++ reference\n\nFrom the public headers. [Mantle as a library](../library.md) says what to link.\n\n"
+        "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(entries) + "\n```\n")
+
+
+if __name__ == "__main__":
+    main()
