@@ -29,15 +29,15 @@ class ActiveSetSolver : public Solver {
     if (read && guess_ == FirstGuess::kOtherSolver && other_ != nullptr) {
       other_->Solve(program, options, result);
       before = result->iterations;
-      if (result->status == SolveStatus::kDeadline) return;
+      if (result->status == SolveStatus::kDeadline || before >= options.max_iterations) return;
       Guess(*result);
     }
     SetZero(program, result);
     if (!read) {
       result->status = SolveStatus::kBadNumber;
     } else {
-      const int most = std::max(options.max_iterations - before, 1);
-      const ActiveSet::End end = method_.Solve(qp_, held_, most, options.deadline_ns);
+      const ActiveSet::End end =
+          method_.Solve(qp_, held_, options.max_iterations - before, options.deadline_ns);
       if (end == ActiveSet::End::kNotConvex) {
         Other(program, options, result);
         return;
@@ -140,7 +140,7 @@ class ActiveSetSolver : public Solver {
                      : end == End::kDeadline ? SolveStatus::kDeadline
                                              : SolveStatus::kInfeasible;
     result->x = method_.x();
-    if (end != End::kSolved) result->x = start_ + Share() * (method_.x() - start_);
+    if (end != End::kSolved) Stopped(&result->x);
     for (std::size_t i = 0; i < method_.held().size(); ++i) {
       const ActiveSet::Held& h = method_.held()[i];
       const double u = method_.multiplier(static_cast<int>(i));
@@ -161,11 +161,25 @@ class ActiveSetSolver : public Solver {
     Residuals(n, m, result);
   }
 
-  // The largest share of the way from the start to the method's point that no constraint ends.
-  double Share() const {
+  // The better of two feasible points: from the start as far as constraints allow towards the
+  // method's point, and towards that point clipped to the bounds of the variables.
+  void Stopped(VectorXd* x) {
+    const int n = qp_.variables();
+    VectorXd clipped = x->cwiseMax(qp_.low.head(n)).cwiseMin(qp_.high.head(n));
+    *x = start_ + Share(*x) * (*x - start_);
+    clipped = start_ + Share(clipped) * (clipped - start_);
+    if (Value(clipped) < Value(*x)) *x = clipped;
+  }
+  double Value(const VectorXd& x) {
+    slope_.noalias() = qp_.hessian.selfadjointView<Eigen::Lower>() * x;
+    return 0.5 * x.dot(slope_) + qp_.gradient.dot(x);
+  }
+
+  // The largest share of the way from the start to x that no constraint ends.
+  double Share(const VectorXd& x) const {
     double share = 1;
     for (int c = 0; c < qp_.constraints(); ++c) {
-      const double a = qp_.Value(c, start_), b = qp_.Value(c, method_.x());
+      const double a = qp_.Value(c, start_), b = qp_.Value(c, x);
       if (b > qp_.high(c))
         share = std::min(share, a < qp_.high(c) ? (qp_.high(c) - a) / (b - a) : 0);
       if (b < qp_.low(c)) share = std::min(share, a > qp_.low(c) ? (qp_.low(c) - a) / (b - a) : 0);
