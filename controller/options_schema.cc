@@ -205,7 +205,7 @@ void Describe(Visitor& v, const model::Robot& robot, const std::vector<reduced::
   v.Integer({"iterations", "of the solver, always"}, 1, 10000, &c.max_iterations);
   v.Number({.name = "levenberg",
             .meaning = "damping of a change of the plan: weight of the time integral of its "
-                       "square, of the cost's mean curvature along it"},
+                       "square, as a share of the cost's mean curvature along it"},
            Quantity::kNumber, kNonNegative, &c.levenberg);
   DescribeMotors(v, names, c);
   v.Object({"cost", "weights of the stage cost, per second"}, &c.cost);
