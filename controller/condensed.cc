@@ -11,24 +11,33 @@ Condensed::Condensed(const ReducedModel& model, const Horizon& horizon, StageCos
       cost_(*cost),
       options_(options),
       motors_(model.input_count()),
-      columns_(2 * model.velocity_count()) {
+      columns_(2 * model.velocity_count()),
+      far_(*cost, model) {
   const int decisions = horizon.decision_count(), nodes = horizon.steps() + 1;
   hessian_.setZero(decisions, decisions);
-  sensitivity_.setZero(decisions, columns_);
   gradient_.setZero(decisions);
   base_gradient_ = low_ = high_ = gradient_;
   residuals_.assign(nodes, VectorX::Zero(cost->rows()));
+  weights_.assign(nodes, cost->weights());
+  mean_velocity_weights_.assign(nodes, options.cost.mean_velocity);
   jacobians_.assign(nodes, Eigen::MatrixXd::Zero(cost->rows(), columns_));
-  projected_.assign(nodes, Eigen::MatrixXd::Zero(cost->rows(), decisions));
   positions_.assign(cost->has_mean_velocity() ? nodes : 0, Eigen::MatrixXd::Zero(3, decisions));
-  adjoint_.assign(nodes, Eigen::MatrixXd::Zero(decisions, columns_));
-  tail_.assign(kMostGains, Eigen::MatrixXd::Zero(decisions, columns_));
+  mean_rows_ = positions_;
+  weighted_.assign(nodes, Eigen::MatrixXd::Zero(cost->rows(), decisions));
   g_.setZero(columns_, decisions);
   next_ = g_;
-  weighted_.setZero(std::max(cost->rows(), 3), decisions);
-  moved_.setZero(decisions, columns_);
+  projected_.setZero(cost->rows(), decisions);
+  moved_.setZero(columns_);
+  moved_next_ = moved_;
+  seen_.setZero(cost->rows());
+  displaced_.setZero(3, nodes);
   kkt_.setZero(decisions, decisions);
-  kkt_rhs_.setZero(decisions, columns_);
+  kkt_rhs_.setZero(decisions, motors_);
+  gain_rows_.setZero(kMostGains * motors_, decisions);
+  back_.setZero(kMostGains * motors_, columns_);
+  back_next_ = back_;
+  through_.setZero(kMostGains * motors_, std::max(cost->rows(), 3));
+  back_mean_.assign(positions_.size(), Eigen::MatrixXd::Zero(kMostGains * motors_, 3));
   free_.reserve(decisions);
   place_.resize(decisions);
   MakeRows();
@@ -99,7 +108,7 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
   base_gradient_.setZero();
   g_.setZero();
   next_.setZero();  // columns not yet active change places with those of g_
-  for (Eigen::MatrixXd& y : adjoint_) y.setZero();
+  trajectory_ = &t;
   for (int k = 0; k < steps; ++k) {
     const int active = horizon_.Active(k + 1);
     const reduced::StepJacobian& j = t.jacobians[k];
@@ -116,14 +125,14 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
     }
     std::swap(g_, next_);
     cost_.Evaluate(t.states[k + 1], &residuals_[k + 1], &jacobians_[k + 1]);
+    far_.Weigh(residuals_[k + 1], &weights_[k + 1]);
     const double weight = 2 * StageWeight(k + 1);
-    Eigen::MatrixXd& s = projected_[k + 1];
-    s.leftCols(active).noalias() = jacobians_[k + 1] * g_.leftCols(active);
-    auto ds = weighted_.topRows(s.rows()).leftCols(active);
-    ds.noalias() = (weight * cost_.weights()).asDiagonal() * s.leftCols(active);
-    hessian_.topLeftCorner(active, active).noalias() += ds.transpose() * s.leftCols(active);
+    auto s = projected_.leftCols(active);
+    s.noalias() = jacobians_[k + 1] * g_.leftCols(active);
+    auto ds = weighted_[k + 1].leftCols(active);
+    ds.noalias() = (weight * weights_[k + 1]).asDiagonal() * s;
+    hessian_.topLeftCorner(active, active).triangularView<Eigen::Lower>() += ds.transpose() * s;
     base_gradient_.head(active).noalias() += ds.transpose() * residuals_[k + 1];
-    adjoint_[k + 1].topRows(active).noalias() += ds.transpose() * jacobians_[k + 1];
     if (!positions_.empty()) {
       positions_[k + 1].setZero();
       positions_[k + 1].leftCols(active).noalias() =
@@ -131,19 +140,15 @@ void Condensed::Prepare(const Trajectory& t, const PositionHistory& history, dou
     }
   }
   if (cost_.has_mean_velocity()) AddMeanVelocity(t, history);
+  hessian_.triangularView<Eigen::StrictlyUpper>() = hessian_.transpose();
   AddInputCost(t, &hessian_, &base_gradient_);
+  double length_s = 0;
+  for (const Horizon::Decision& d : horizon_.decisions) length_s += d.length_s;
+  curvature_ = hessian_.trace() / (2 * length_s);
   for (int j = 0; j < variables(); ++j) {
-    hessian_(j, j) += 2 * levenberg * horizon_.decisions[j].length_s;
+    hessian_(j, j) += 2 * levenberg * curvature_ * horizon_.decisions[j].length_s;
   }
   BoundRows(t);
-  // F_k = M_k + Y_k, M_{k-1} = (M_k + Y_k) A_{k-1}
-  sensitivity_.setZero();
-  for (int k = steps; k >= 0; --k) {
-    moved_ = sensitivity_ + adjoint_[k];
-    if (k < kMostGains) tail_[k] = moved_;
-    if (k > 0) sensitivity_.noalias() = moved_ * t.jacobians[k - 1].state;
-  }
-  sensitivity_ = tail_[0];
   gradient_ = base_gradient_;
 }
 
@@ -154,7 +159,7 @@ void Condensed::AddMeanVelocity(const Trajectory& t, const PositionHistory& hist
     const int node = AveragingNode(k, &share);
     const double time = t.states[k].time_s;
     Vector3 before;
-    auto s = weighted_.topRows<3>();
+    Eigen::MatrixXd& s = mean_rows_[k];
     s = positions_[k] / period;
     if (node < 0) {
       before = history.At(time - period);
@@ -165,24 +170,34 @@ void Condensed::AddMeanVelocity(const Trajectory& t, const PositionHistory& hist
     }
     const Vector3 residual =
         (t.states[k].root.position - before) / period - cost_.reference().At(time).velocity;
-    const double weight = 2 * StageWeight(k) * options_.cost.mean_velocity;
-    hessian_.noalias() += weight * s.transpose() * s;
+    mean_velocity_weights_[k] =
+        options_.cost.mean_velocity * far_.MeanVelocityFactor(residual.squaredNorm());
+    const double weight = 2 * StageWeight(k) * mean_velocity_weights_[k];
+    hessian_.triangularView<Eigen::Lower>() += weight * s.transpose() * s;
     base_gradient_.noalias() += weight * s.transpose() * residual;
-    const auto add = [&](int at, double by) {
-      adjoint_[at].middleCols<3>(3).noalias() +=
-          (weight * by / period) * s.transpose() * t.states[at].root.rotation.toRotationMatrix();
-    };
-    add(k, 1.0);
-    if (node >= 0) {
-      add(node, -(1 - share));
-      add(node + 1, -share);
-    }
+    s *= weight;
   }
 }
 
 void Condensed::SetInitialDeviation(const Eigen::Ref<const VectorX>& deviation) {
-  gradient_.noalias() = sensitivity_ * deviation;
-  gradient_ += base_gradient_;
+  const Trajectory& t = *trajectory_;
+  gradient_ = base_gradient_;
+  moved_ = deviation;
+  if (!positions_.empty())
+    displaced_.col(0) = t.states[0].root.rotation * Vector3(moved_.segment<3>(3));
+  for (int k = 1; k <= horizon_.steps(); ++k) {
+    moved_next_.noalias() = t.jacobians[k - 1].state * moved_;
+    std::swap(moved_, moved_next_);
+    seen_.noalias() = jacobians_[k] * moved_;
+    gradient_.noalias() += weighted_[k].transpose() * seen_;
+    if (positions_.empty()) continue;
+    displaced_.col(k) = t.states[k].root.rotation * Vector3(moved_.segment<3>(3));
+    double share = 0;
+    const int node = AveragingNode(k, &share);
+    Vector3 mean = displaced_.col(k);
+    if (node >= 0) mean -= (1 - share) * displaced_.col(node) + share * displaced_.col(node + 1);
+    gradient_.noalias() += mean_rows_[k].transpose() * (mean / cost_.averaging_s());
+  }
 }
 
 double Condensed::Cost(const Trajectory& t, const PositionHistory& history) {
@@ -190,7 +205,7 @@ double Condensed::Cost(const Trajectory& t, const PositionHistory& history) {
   VectorX& residual = residuals_[0];
   for (int k = 1; k <= horizon_.steps(); ++k) {
     cost_.Evaluate(t.states[k], &residual, nullptr);
-    cost += StageWeight(k) * cost_.Value(residual);
+    cost += StageWeight(k) * far_.Value(residual);
     const double h = horizon_.step(k - 1);
     const double share = k == horizon_.steps() ? 0.5 * h : 0.5 * (h + horizon_.step(k));
     cost += share * options_.cost.effort * t.tensions.col(k).squaredNorm();
@@ -202,9 +217,10 @@ double Condensed::Cost(const Trajectory& t, const PositionHistory& history) {
     const Vector3 before = node < 0 ? history.At(time - period)
                                     : Vector3((1 - by) * t.states[node].root.position +
                                               by * t.states[node + 1].root.position);
-    cost += StageWeight(k) * options_.cost.mean_velocity *
-            ((t.states[k].root.position - before) / period - cost_.reference().At(time).velocity)
-                .squaredNorm();
+    const double square =
+        ((t.states[k].root.position - before) / period - cost_.reference().At(time).velocity)
+            .squaredNorm();
+    cost += StageWeight(k) * options_.cost.mean_velocity * far_.MeanVelocity(square);
   }
   return cost;
 }

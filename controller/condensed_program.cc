@@ -7,8 +7,8 @@
 namespace mantle::controller {
 namespace {
 
-/// What a row left out of the program may be broken by [N].
-constexpr double kSlack_n = 0.01;
+/// What a row left out of the program may be broken by [N]: round-off.
+constexpr double kSlack_n = 1e-12;
 
 }  // namespace
 
@@ -119,7 +119,11 @@ void Condensed::Bounds(double* x_low, double* x_high, double* g_low, double* g_h
 void Condensed::Start(double* x) const { std::fill_n(x, gradient_.size(), 0.0); }
 
 bool Condensed::Objective(const double* x, bool, double* f) {
-  *f = Model(Eigen::Map<const VectorX>(x, gradient_.size()));
+  const Eigen::Map<const VectorX> w(x, gradient_.size());
+  *f = 0;  // Model(w), without a vector for H w
+  for (Eigen::Index j = 0; j < w.size(); ++j) {
+    *f += w(j) * (0.5 * hessian_.col(j).dot(w) + gradient_(j));
+  }
   return true;
 }
 

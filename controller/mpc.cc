@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "controller/active_set_solver.h"
 #include "controller/gait.h"
 
 namespace mantle::controller {
@@ -37,7 +38,9 @@ Mpc::Mpc(const ReducedModel& model, const reduced::StepSettings& step,
       trial_(model, horizon_),
       history_(options.gait.period_s + options.period_s + 1.0),
       condensed_(model, horizon_, &cost_, options_),
-      solver_(MakeSolver()) {
+      solver_(MakeActiveSetSolver(MakeSolver(), options.solver == SolverMethod::kActiveSet
+                                                    ? FirstGuess::kNone
+                                                    : FirstGuess::kOtherSolver)) {
   const int motors = model.input_count();
   deviation_.setZero(2 * model.velocity_count());
   moved_ = deviation_;
@@ -229,7 +232,7 @@ void Mpc::Accept(const Eigen::Ref<const VectorX>& w, const ReducedState& start) 
     MoveState(trajectory_.states[k + 1], deviation_, &plan_.states[k + 1]);
     plan_.time_s[k + 1] = plan_.time_s[0] + horizon_.time_s[k + 1];
   }
-  condensed_.Gains(w, kGainCount, &plan_.gains);
+  condensed_.Gains(w, result_, kGainCount, &plan_.gains);
   status_.cost = condensed_.Model(w);
 }
 

@@ -123,7 +123,7 @@ bool MultipleShooting::Objective(const double* x, bool fresh, double* f) {
   const auto w = x_.head(decisions_);
   *f = 0.5 * w.dot(input_hessian_ * w) + input_gradient_.dot(w);
   for (int k = 1; k <= horizon_.steps(); ++k) {
-    *f += condensed_.StageWeight(k) * cost_.Value(residuals_[k]);
+    *f += condensed_.StageWeight(k) * condensed_.far_error().Value(residuals_[k]);
   }
   return true;
 }
@@ -133,8 +133,8 @@ bool MultipleShooting::Gradient(const double* x, bool fresh, double* gradient) {
   Eigen::Map<VectorX> g(gradient, variables());
   g.head(decisions_) = input_hessian_ * x_.head(decisions_) + input_gradient_;
   for (int k = 1; k <= horizon_.steps(); ++k) {
-    const VectorX weighted =
-        2 * condensed_.StageWeight(k) * cost_.weights().cwiseProduct(residuals_[k]);
+    condensed_.far_error().Weigh(residuals_[k], &weights_);
+    const VectorX weighted = 2 * condensed_.StageWeight(k) * weights_.cwiseProduct(residuals_[k]);
     g.segment(StateAt(k), size_) = rows_[k].transpose() * weighted;
   }
   return true;
@@ -190,9 +190,9 @@ bool MultipleShooting::Hessian(const double* x, bool fresh, double factor, const
     for (int i = j; i < decisions_; ++i) *values++ = factor * input_hessian_(i, j);
   }
   for (int k = 1; k <= horizon_.steps(); ++k) {
-    const Eigen::MatrixXd h = rows_[k].transpose() *
-                              (2 * condensed_.StageWeight(k) * cost_.weights()).asDiagonal() *
-                              rows_[k];
+    condensed_.far_error().Weigh(residuals_[k], &weights_);
+    const Eigen::MatrixXd h =
+        rows_[k].transpose() * (2 * condensed_.StageWeight(k) * weights_).asDiagonal() * rows_[k];
     for (int j = 0; j < size_; ++j) {
       for (int i = j; i < size_; ++i) *values++ = factor * h(i, j);
     }

@@ -57,7 +57,7 @@ class MultipleShooting : public Program {
   std::vector<ReducedState> stepped_;  ///< F(x_k, u_k)
   std::vector<VectorX> residuals_;
   std::vector<Eigen::MatrixXd> rows_;  ///< d residual / d xi_k
-  VectorX x_, difference_, mean_;
+  VectorX x_, difference_, mean_, weights_;
   bool moved_{false}, rolled_{false};
 };
 

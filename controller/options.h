@@ -37,6 +37,12 @@ enum class MpcMode {
   kConverged           ///< repeated until the plan stands still
 };
 
+/// How the quadratic program of a linearisation is solved; exactly by either.
+enum class SolverMethod {
+  kActiveSet,     ///< dual active set (controller/active_set_solver.h)
+  kInteriorPoint  ///< what MakeSolver() gives (Ipopt), then the active set that it found
+};
+
 /// Nodes t_0 < ... < t_N of the horizon, t_{k+1} - t_k = step growth^k, and the nodes whose
 /// tensions are decided; between them the change of the plan is linear. The last node is a knot.
 struct ControlGrid {
@@ -153,11 +159,14 @@ struct ControlOptions {
   double period_s{0.05};
   double delay_s{0.01};      ///< from the measurement until its plan acts
   double deadline_s{0.008};  ///< for the solver, in real time
-  int max_iterations{30};    ///< of the solver, always
+  SolverMethod solver{SolverMethod::kActiveSet};
+  int max_iterations{300};  ///< of the solver, always
   ControlGrid grid;
   std::vector<MotorLimits> motors;
   CostWeights cost;
-  double levenberg{0.2};  ///< of the time integral of the squared changes of tensions [1/(N^2 s)]
+  /// Of the time integral of the squared changes of tensions, as a share of the cost's mean
+  /// curvature along it (controller/condensed.h), so that it holds for weights of any scale.
+  double levenberg{0.25};
   std::vector<SoftBound> bounds;
   Gait gait;
   std::array<BaselineGains, 4> baselines;  ///< of kGait, kPursuit, kPid, kLqr

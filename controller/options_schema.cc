@@ -196,10 +196,16 @@ void Describe(Visitor& v, const model::Robot& robot, const std::vector<reduced::
             .bound = "[0, `grid.steps` x `grid.step`]"},
            Quantity::kTime, Range{0, c.grid.steps * c.grid.step_s}, &c.delay_s);
   v.Number({"deadline", "of the solver, in real time"}, Quantity::kTime, kPositive, &c.deadline_s);
+  v.Choice<SolverMethod>(
+      {"solver",
+       "`active_set`: a dual active-set method; `ipopt`: Ipopt, whose active set is then "
+       "made exact. Either solves to round-off"},
+      {{"active_set", SolverMethod::kActiveSet}, {"ipopt", SolverMethod::kInteriorPoint}},
+      &c.solver);
   v.Integer({"iterations", "of the solver, always"}, 1, 10000, &c.max_iterations);
   v.Number({.name = "levenberg",
-            .meaning = "damping of a change of the plan: weight of the time integral of its square",
-            .unit = "1/(N^2 s)"},
+            .meaning = "damping of a change of the plan: weight of the time integral of its "
+                       "square, as a share of the cost's mean curvature along it"},
            Quantity::kNumber, kNonNegative, &c.levenberg);
   DescribeMotors(v, names, c);
   v.Object({"cost", "weights of the stage cost, per second"}, &c.cost);

@@ -44,11 +44,13 @@ void PlanTracker::Command(const IssuedPlan& issued, double t_s, const ReducedSta
   TensionsAt(plan, t_s, tensions);
   // State and plan of one instant, that of the estimate.
   if (estimate == nullptr || plan.gains.empty() || estimate->time_s < plan.start_s()) return;
-  const int k = IntervalAt(plan, estimate->time_s);
+  const int k = IntervalAt(plan, t_s);
   if (k >= static_cast<int>(plan.gains.size())) return;
   StateAt(plan, estimate->time_s, &planned_);
   StateDifference(planned_, *estimate, deviation_);
-  feedback_.noalias() = plan.gains[k] * deviation_;
+  const double share = (t_s - plan.time_s[k]) / (plan.time_s[k + 1] - plan.time_s[k]);
+  feedback_.noalias() = share * plan.gains[k] * deviation_;
+  if (k > 0) feedback_.noalias() += (1 - share) * plan.gains[k - 1] * deviation_;
   if (!feedback_.allFinite()) return;
   tensions += feedback_.cwiseMax(-kMostFeedback_n).cwiseMin(kMostFeedback_n);
 }

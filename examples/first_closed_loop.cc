@@ -56,7 +56,6 @@ controller::ControlOptions RoundAndRound() {
   control.cost.tip = 2000;
   control.cost.effort = 0.05;
   control.cost.rate = 0.01;
-  control.levenberg = 0.1;
   control.gait.motors.assign(4, {.low_n = 0.02, .high_n = 0.02});
   return control;
 }

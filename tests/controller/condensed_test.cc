@@ -96,7 +96,7 @@ double LinearCost(Problem* p, const VectorX& w, const VectorX& by) {
     moved = (j.state * moved + j.input * (0.5 * (change.col(k - 1) + change.col(k)))).eval();
     place(k);
     const VectorX r = p->condensed.residual(k) + p->condensed.jacobian(k) * moved;
-    cost += p->condensed.StageWeight(k) * p->cost.Value(r);
+    cost += p->condensed.StageWeight(k) * p->condensed.weights(k).dot(r.cwiseAbs2());
   }
   Eigen::MatrixXd h = Eigen::MatrixXd::Zero(w.size(), w.size());
   VectorX g = VectorX::Zero(w.size());
@@ -114,7 +114,7 @@ double LinearCost(Problem* p, const VectorX& w, const VectorX& by) {
       if (then < a || then >= b) continue;
       before = position[i] + (t - period - a) / (b - a) * (position[i + 1] - position[i]);
     }
-    cost += p->condensed.StageWeight(k) * p->options.cost.mean_velocity *
+    cost += p->condensed.StageWeight(k) * p->condensed.mean_velocity_weight(k) *
             ((position[k] - before) / period - p->world.reference.At(t).velocity).squaredNorm();
   }
   return cost;
@@ -151,7 +151,7 @@ TEST(Condensed, GainsMatchDifferencesOfResolves) {
     };
     const VectorX w = solve(p.NoMove());
     std::vector<Eigen::MatrixXd> gains;
-    p.condensed.Gains(w, 2, &gains);
+    p.condensed.Gains(w, result, 2, &gains);
     const int motors = p.world.model.input_count();
     Eigen::MatrixXd change = Eigen::MatrixXd::Zero(motors, p.horizon.steps() + 1);
     constexpr double kStep = 1e-4, kShare = 5e-3;

@@ -7,6 +7,7 @@
 #include <random>
 #include <string>
 
+#include "controller/active_set_solver.h"
 #include "controller/ipopt_solver.h"
 #include "tests/controller/dense_program.h"
 
@@ -24,6 +25,11 @@ using tests::Of;
 
 // Of a solution, with curvatures and slopes of order one and a solve to 1e-9.
 constexpr double kSolution = 1e-6;
+
+std::unique_ptr<Solver> ActiveSetAlone() { return MakeActiveSetSolver(nullptr); }
+std::unique_ptr<Solver> ActiveSetAfterIpopt() {
+  return MakeActiveSetSolver(MakeIpoptSolver(), FirstGuess::kOtherSolver);
+}
 
 struct Method {
   const char* name;
@@ -144,6 +150,7 @@ TEST_P(SolverProperties, AStartBeyondItsBoundsIsAsGoodAsAnother) {
     VectorXd x_low(8), x_high(8), g_low(3), g_high(3);
     known.program.Bounds(x_low.data(), x_high.data(), g_low.data(), g_high.data());
     moved = DenseProgram(VectorXd::Constant(8, far), x_low, x_high, g_low, g_high);
+    moved.is_quadratic = true;
     moved.f = known.program.f;
     moved.df = known.program.df;
     moved.g = known.program.g;
@@ -217,7 +224,10 @@ TEST_P(SolverProperties, TheSameProgramGivesTheSameBitsWhateverCameBefore) {
 INSTANTIATE_TEST_SUITE_P(Solvers, SolverProperties,
                          ::testing::Values(Method{"ipopt_fast", &MakeIpoptSolver, true},
                                            Method{"ipopt", &MakeIpoptSolver, false},
-                                           Method{"the_factorys", &MakeSolver, true}),
+                                           Method{"the_factorys", &MakeSolver, true},
+                                           Method{"active_set", &ActiveSetAlone, true},
+                                           Method{"active_set_after_ipopt", &ActiveSetAfterIpopt,
+                                                  true}),
                          [](const auto& method) { return std::string(method.param.name); });
 
 }  // namespace

@@ -12,6 +12,7 @@ int main(int argc, char** argv) {
   using namespace mantle::tools;
   PrepareStandardStreams();
   UseOneBlasThread();
+  KeepFreedMemory();
   mantle::controller::SetSolverFactory(MakeModuleSolver);
   CLI::App app{
       "Mantle: soft underwater vehicles, from the full model to motors on a bus.\n\n"

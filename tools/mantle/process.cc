@@ -24,9 +24,12 @@ void UseOneBlasThread() {
   }
 }
 
-std::string LockMemory() {
+void KeepFreedMemory() {
   mallopt(M_MMAP_MAX, 0);  // a threshold of mmap above 32 MiB would be refused
   mallopt(M_TRIM_THRESHOLD, INT_MAX);
+}
+
+std::string LockMemory() {
   if (mlockall(MCL_CURRENT | MCL_FUTURE) == 0) return {};
   return fmt::format(
       "memory could not be locked ({}): page faults may delay the loop; allow it by "
