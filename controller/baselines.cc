@@ -31,7 +31,7 @@ class Baseline : public Controller {
         aim_(parts.model, parts.reference),
         history_(gait_.period_s + 1.0),
         low_(VectorX::Zero(parts.model.input_count())),
-        bias_(low_) {
+        disturbance_(parts.model.input_count()) {
     for (Eigen::Index i = 0; i < low_.size(); ++i) low_(i) = gait_.motors[i].low_n;
     steers_ = kind != ControllerKind::kGait && directions_.norm() > 0;
     double most = 0;
@@ -62,7 +62,9 @@ class Baseline : public Controller {
               std::int64_t) override {}
 
   void SetDisturbance(const Disturbance& disturbance) override {
-    if (disturbance.bias_n.allFinite()) bias_ = disturbance.bias_n;
+    if (disturbance.bias_n.allFinite() && disturbance.current_m_s.allFinite()) {
+      disturbance_ = disturbance;
+    }
   }
 
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
@@ -80,7 +82,7 @@ class Baseline : public Controller {
 
  private:
   Vector2 Pull(const ReducedState& state, double dt) {
-    if (regulator_) return regulator_->Update(state, dt, bias_, pid_.most_n);
+    if (regulator_) return regulator_->Update(state, dt, disturbance_, pid_.most_n);
     SteeringError e = aim_.At(state, gains_.lookahead_s);
     if (!parts_.reference.has_tip()) {
       turning_ += dt / (kTurnFilter_s + dt) * (e.rate - turning_);
@@ -122,7 +124,8 @@ class Baseline : public Controller {
   Eigen::Matrix2Xd directions_;
   Aim aim_;
   PositionHistory history_;
-  VectorX low_, bias_;
+  VectorX low_;
+  Disturbance disturbance_;
   LateralPid pid_;
   std::optional<SteeringRegulator> regulator_;
   model::Pose start_;

@@ -28,6 +28,9 @@ class Controller {
   virtual void Prepare(double, const Eigen::Ref<const VectorX>&) {}
   /// Before Prepare: what the model was found to miss. A controller without a model ignores it.
   virtual void SetDisturbance(const Disturbance&) {}
+  /// The motors' limits from now on, where they change: those of lost motors are zero. What a
+  /// controller commands beyond them is cut afterwards in any case.
+  virtual void SetLimits(const std::vector<MotorLimits>&) {}
   /// Every SYNC: tensions [N, one per motor] to command at t_s, not yet limited: bounds and rates
   /// of the motors, and values that are not finite, are seen to afterwards. No allocation.
   virtual void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) = 0;

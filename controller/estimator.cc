@@ -20,7 +20,7 @@ ModelEstimator::ModelEstimator(const EstimatorParts& parts)
       patience_s_(parts.sensors.delay_s + kPatience_s),
       state_(InitialState(parts.model)),
       next_(state_) {
-  if (parts.options.observer || parts.options.disturbance) {
+  if (parts.options.observer || parts.options.disturbance || parts.options.current) {
     filter_.emplace(parts.model, parts.step, parts.options, parts.sensors, parts.limits);
   }
 }
@@ -29,6 +29,7 @@ void ModelEstimator::Start(const ReducedState& state) {
   state_ = state;
   measured_s_ = state.time_s;
   pulls_.clear();
+  counters_ = {};
   propagator_.SetDisturbance(Disturbance(propagator_.model().input_count()));
   if (filter_) filter_->Start(state);
   valid_ = true;
@@ -45,13 +46,13 @@ void ModelEstimator::Update(double t_s, const Eigen::Ref<const VectorX>& tension
   }
   pulls_.back().until_s = t_s;
   pulls_.back().tensions = tensions;
-  bool fresh = usable != nullptr;
-  if (filter_ && Filter(t_s, usable)) {
-    propagator_.SetDisturbance(filter_->disturbance());
-  } else {
-    fresh = fresh && !observer_;
-  }
+  const Heard heard = filter_ ? Filter(t_s, usable) : Heard::kNothing;
+  if (heard == Heard::kTaken) propagator_.SetDisturbance(filter_->disturbance());
+  if (heard == Heard::kRefused) usable = nullptr;
+  const bool fresh = usable != nullptr && (heard == Heard::kTaken || !observer_);
   if (usable != nullptr) measured_s_ = std::max(measured_s_, usable->time_s);
+  if (fresh) ++counters_.taken;
+  if (measured != nullptr && !fresh && heard != Heard::kRefused) ++counters_.useless;
   if (!fresh) {
     Carry(t_s, tensions);
     return;
@@ -60,8 +61,17 @@ void ModelEstimator::Update(double t_s, const Eigen::Ref<const VectorX>& tension
   for (const Pull& pull : pulls_) Carry(pull.until_s, pull.tensions);
 }
 
-// Brings the filter to the measurement's time and tells it. Whether it was told.
-bool ModelEstimator::Filter(double t_s, const ReducedState* measured) {
+EstimatorCounters ModelEstimator::counters() const {
+  EstimatorCounters c = counters_;
+  if (filter_) {
+    c.refused = filter_->refused() - filter_->restarts();  // a restart takes what it refused
+    c.restarts = filter_->restarts();
+  }
+  return c;
+}
+
+// Brings the filter to the measurement's time and tells it, unless it is past that.
+ModelEstimator::Heard ModelEstimator::Filter(double t_s, const ReducedState* measured) {
   const bool tells =
       measured != nullptr && measured->time_s > filter_->state().time_s - kSameTime_s;
   const double until = tells ? measured->time_s : t_s - patience_s_;
@@ -71,8 +81,8 @@ bool ModelEstimator::Filter(double t_s, const ReducedState* measured) {
       filter_->Predict(pull.until_s, pull.tensions);
     }
   }
-  if (tells) filter_->Correct(*measured);
-  return tells;
+  if (!tells) return Heard::kNothing;
+  return filter_->Correct(*measured) ? Heard::kTaken : Heard::kRefused;
 }
 
 // The state on to a later time. A model that cannot be stepped keeps it: the next measurement

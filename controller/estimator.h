@@ -11,6 +11,15 @@
 
 namespace mantle::controller {
 
+/// What became of an estimator's measurements since Start. Those that were not taken are counted
+/// under their reason, none is lost silently.
+struct EstimatorCounters {
+  long taken{0};
+  long refused{0};   ///< by the gate: too far from what was expected (state_filter.h)
+  long useless{0};   ///< not finite, or older than one before
+  long restarts{0};  ///< of a filter whose gate had refused for too long
+};
+
 /// The seam: an estimator of a user's own derives from it (registry.h gives it a name).
 class Estimator {
  public:
@@ -30,6 +39,8 @@ class Estimator {
   /// Covariance of the error of state(), its first 2 velocity_count rows laid out as
   /// reduced::StateDifference; as of the newest measurement. Null where it is not estimated.
   virtual const Eigen::MatrixXd* covariance() const { return nullptr; }
+  /// All zero where it does not count.
+  virtual EstimatorCounters counters() const { return {}; }
 };
 
 /// What an estimator is made of; all must outlive it.
@@ -45,9 +56,10 @@ struct EstimatorParts {
 /// where there is none.
 std::unique_ptr<Estimator> MakeEstimator(const EstimatorParts& parts);
 
-/// Ours, "model". The state: the newest measurement, or (observer) what the filter makes of all of
-/// them; carried by the model from when it was taken to now, with what was commanded meanwhile. A
-/// measurement that is not finite, or older than one before it, is ignored. Allocates in the first
+/// Ours, "model". States are the earth's. The state: the newest measurement, or (observer) what the
+/// filter makes of all of them; carried by the model from when it was taken to now, with what was
+/// commanded meanwhile. A measurement that is not finite, or older than one before it, or that the
+/// filter's gate refuses, is not used: the model goes on without. Allocates in the first
 /// two seconds alone (and as much longer as sensors are late).
 class ModelEstimator final : public Estimator {
  public:
@@ -61,6 +73,7 @@ class ModelEstimator final : public Estimator {
   const Eigen::MatrixXd* covariance() const override {
     return observer_ ? &filter_->covariance() : nullptr;
   }
+  EstimatorCounters counters() const override;
   /// Seconds since the newest measurement was taken.
   double age_s() const { return state_.time_s - measured_s_; }
   bool valid() const { return valid_; }  ///< Start was called
@@ -70,7 +83,8 @@ class ModelEstimator final : public Estimator {
     double until_s;
     VectorX tensions;
   };
-  bool Filter(double t_s, const ReducedState* measured);
+  enum class Heard { kNothing, kTaken, kRefused };
+  Heard Filter(double t_s, const ReducedState* measured);
   void Carry(double t_s, const Eigen::Ref<const VectorX>& tensions);
 
   Propagator propagator_;
@@ -80,6 +94,7 @@ class ModelEstimator final : public Estimator {
   ReducedState state_, next_;
   std::vector<Pull> pulls_;  ///< the oldest first
   double measured_s_{0};
+  EstimatorCounters counters_;
   bool valid_{false};
 };
 

@@ -239,11 +239,15 @@ Vector2 SteeringRegulator::Target(const ReducedState& state) {
 }
 
 Vector2 SteeringRegulator::Update(const ReducedState& state, double dt_s,
-                                  const Eigen::Ref<const VectorX>& bias, double most_n) {
+                                  const Disturbance& disturbance, double most_n) {
   const int n = model_.velocity_count(), k = linear_.half(n), first = linear_.first;
   Vector2 steady = Target(state);
-  steady.noalias() -= bias_to_pull_ * (directions_ * bias);
+  steady.noalias() -= bias_to_pull_ * (directions_ * disturbance.bias_n);
   StateDifference(target_, state, difference_);
+  if (model_.root_free()) {
+    const Vector3 water = state.root.rotation.conjugate() * disturbance.current_m_s;
+    difference_.segment<2>(n + 3) -= water.head<2>();  // along the track the gait works
+  }
   kept_.head(k) = difference_.segment(first, k);
   kept_.segment(k, k) = difference_.segment(n + first, k);
   if (fresh_) held_ = steady;

@@ -64,9 +64,10 @@ class SteeringRegulator {
                     const Eigen::Matrix2Xd& directions, const BaselineGains& gains);
 
   void Start();
-  /// Pull [N] after another dt_s; `bias` is the motors' (it is pulled against), `most_n` the
-  /// largest pull. No allocation.
-  Vector2 Update(const ReducedState& state, double dt_s, const Eigen::Ref<const VectorX>& bias,
+  /// Pull [N] after another dt_s; the motors' bias is pulled against, and the root's velocity is
+  /// the one through the water that drifts with the disturbance's current; `most_n` is the largest
+  /// pull. No allocation.
+  Vector2 Update(const ReducedState& state, double dt_s, const Disturbance& disturbance,
                  double most_n);
 
   const SteeringModel& linear() const { return linear_; }

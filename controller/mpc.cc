@@ -107,6 +107,13 @@ void Mpc::Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>&
   status_.prepare_s = Seconds(begin);
 }
 
+void Mpc::Restart(const ReducedState& start, const Eigen::Ref<const VectorX>& tensions) {
+  const double before_s = status_.prepare_s;
+  Prepare(start, tensions);
+  status_.prepare_s += before_s;
+  ++counters_.restarts;
+}
+
 const MpcStatus& Mpc::Solve(const ReducedState& start, std::int64_t deadline_ns) {
   const auto begin = std::chrono::steady_clock::now();
   ++counters_.solves;
@@ -243,6 +250,7 @@ void Mpc::FallBack() {
 }
 
 void Mpc::Count() {
+  counters_.fallbacks_in_turn = static_cast<std::uint64_t>(fallbacks_in_turn_);
   switch (status_.outcome) {
     case Outcome::kSolved:
       ++counters_.solved;

@@ -35,6 +35,8 @@ struct MpcStatus {
 struct MpcCounters {
   std::uint64_t solves{0}, solved{0}, stopped_better{0}, shifted{0}, safe{0};
   std::uint64_t deadline_misses{0}, bad_states{0};
+  std::uint64_t restarts{0};           ///< plans made anew from the estimate, see Restart
+  std::uint64_t fallbacks_in_turn{0};  ///< at the end
   std::array<std::uint64_t, 16> time_histogram{};
   std::array<std::uint64_t, 64> iteration_histogram{};
 };
@@ -62,8 +64,17 @@ class Mpc {
   /// `tensions` then.
   void Prepare(const ReducedState& expected, const Eigen::Ref<const VectorX>& tensions);
 
+  /// Prepare once more, from the state that the vehicle is now known to have: for an expectation
+  /// that could not be rolled, or from which the vehicle has parted (parting.h). Counted.
+  void Restart(const ReducedState& start, const Eigen::Ref<const VectorX>& tensions);
+  /// The last Prepare succeeded and was not solved yet.
+  bool prepared() const { return prepared_; }
+
   /// Solves for the state that the start is now known to have. `deadline_ns` as in SolveOptions.
   const MpcStatus& Solve(const ReducedState& start, std::int64_t deadline_ns);
+
+  /// Limits of the motors from the next Prepare on, one per motor: those of lost ones are zero.
+  void SetLimits(const std::vector<MotorLimits>& limits) { options_.motors = limits; }
 
   /// A root position that was measured; for costs on the mean velocity. Ignored if not finite.
   void RecordPosition(double t_s, const Vector3& position) {
@@ -87,7 +98,7 @@ class Mpc {
   void Count();
 
   const ReducedModel& model_;
-  const ControlOptions options_;
+  ControlOptions options_;  ///< what is in it but the motors' limits stays
   const Reference& reference_;
   Horizon horizon_;
   StageCost cost_;

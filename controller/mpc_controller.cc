@@ -2,6 +2,7 @@
 #include <limits>
 
 #include "controller/controller.h"
+#include "controller/parting.h"
 #include "controller/plan_tracker.h"
 
 namespace mantle::controller {
@@ -13,6 +14,8 @@ class MpcController : public Controller {
       : parts_(parts),
         mpc_(parts.model, parts.step, parts.options, parts.reference),
         tracker_(parts.model, parts.options),
+        parting_(parts.model),
+        limits_(parts.options.motors),
         expected_(InitialState(parts.model)),
         start_(expected_),
         held_(VectorX::Zero(parts.model.input_count())) {}
@@ -50,6 +53,9 @@ class MpcController : public Controller {
       start_ = *estimate;
     }
     if (estimate != nullptr) mpc_.RecordPosition(t_s, estimate->root.position);
+    if (IsFinite(start_) && (!mpc_.prepared() || parting_.Apart(expected_, start_))) {
+      mpc_.Restart(start_, planned_from_);
+    }
     mpc_.Solve(start_, deadline_ns);
     if (mpc_.status().outcome <= Outcome::kStoppedBetter) first_ = false;
     const bool safe = mpc_.status().outcome == Outcome::kSafe;
@@ -63,6 +69,11 @@ class MpcController : public Controller {
 
   void SetDisturbance(const Disturbance& disturbance) override {
     mpc_.propagator().SetDisturbance(disturbance);
+  }
+
+  void SetLimits(const std::vector<MotorLimits>& limits) override {
+    limits_ = limits;
+    mpc_.SetLimits(limits);
   }
 
   void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) override {
@@ -87,7 +98,7 @@ class MpcController : public Controller {
     expected_.time_s = at;
     TensionsAt(mpc_.plan(), at, held_);
     if (first_) held_ = tensions;
-    LimitTensions(parts_.options.motors, tensions, std::max(delay, kNoTime_s), held_);
+    LimitTensions(limits_, tensions, std::max(delay, kNoTime_s), held_);
     mpc_.Prepare(expected_, held_);
     planned_from_ = held_;
     prepared_s_ = t_s;
@@ -104,6 +115,8 @@ class MpcController : public Controller {
   IssuedPlan issued_;
   PlanBuffer buffer_;
   PlanTracker tracker_;  // the fast loop
+  Parting parting_;
+  std::vector<MotorLimits> limits_;
   ReducedState expected_, start_;
   VectorX held_, planned_from_;
   double prepared_s_{kNever_s};

@@ -149,6 +149,9 @@ struct EstimatorOptions {
   double model_noise{1};      ///< factor on the filter's distrust of the model
   double tension_walk_n{0.01};          ///< of the bias in a second (random walk, N/s^(1/2))
   double acceleration_walk_m_s2{7e-4};  ///< of the root, alike
+  bool current{false};                  ///< the velocity of uniform water is estimated
+  double current_walk_m_s{1e-3};        ///< of that, alike
+  double gate{50};  ///< standard deviations beyond which a measurement is refused; 0: never
 };
 
 /// Everything that a scene's table [control] says.

@@ -18,6 +18,10 @@ using schema::Range;
 using schema::Required;
 using schema::Visitor;
 
+// Of a scene's filter: S takes for white what lasts in a model's errors. A fast start with a model
+// that is trusted comes to sixty deviations, five units on every shape coordinate to thousands.
+constexpr double kSceneGate = 100;
+
 static void Describe(Visitor& v, ControlGrid& g) {
   v.Integer({"steps"}, 1, 200, &g.steps);
   v.Number({"step", "the first"}, Quantity::kTime, schema::kTimeStep, &g.step_s);
@@ -159,6 +163,17 @@ static void Describe(Visitor& v, EstimatorOptions& e) {
   v.Number(
       {.name = "acceleration_walk", .meaning = "the same of the acceleration", .unit = "m/s^(5/2)"},
       Quantity::kNumber, kNonNegative, &e.acceleration_walk_m_s2);
+  v.Boolean({.name = "current",
+             .meaning = "the filter finds the velocity of the water, taken as uniform and steady",
+             .fallback = "whether `effects.current` is given"},
+            &e.current);
+  v.Number(
+      {.name = "current_walk", .meaning = "how far that wanders in a second", .unit = "m/s^(3/2)"},
+      Quantity::kNumber, kNonNegative, &e.current_walk_m_s);
+  v.Number({"gate",
+            "a measurement further from what the filter expects than a normal distribution's at so "
+            "many standard deviations is refused, ten in turn at most; 0: none is"},
+           Quantity::kNumber, kNonNegative, &e.gate);
 }
 
 static void DescribeMotors(Visitor& v, const std::vector<std::string>& motors, ControlOptions& c) {
@@ -228,6 +243,8 @@ void Describe(Visitor& v, const model::Robot& robot, const std::vector<reduced::
       t.Object(key, &c.baselines[i]);
     }
   });
+  c.estimator.current = robot.effects.current_m_s || robot.effects.unsteady_current;
+  c.estimator.gate = kSceneGate;
   v.Object({"estimator", "what makes the state of measurements"}, &c.estimator);
 }
 

@@ -17,6 +17,7 @@ constexpr double kDecay_s = 0.5;
 
 PlanTracker::PlanTracker(const ReducedModel& model, const ControlOptions& options)
     : options_(options),
+      parting_(model),
       planned_(InitialState(model)),
       feedback_(VectorX::Zero(model.input_count())),
       deviation_(VectorX::Zero(2 * model.velocity_count())) {}
@@ -47,6 +48,7 @@ void PlanTracker::Command(const IssuedPlan& issued, double t_s, const ReducedSta
   const int k = IntervalAt(plan, t_s);
   if (k >= static_cast<int>(plan.gains.size())) return;
   StateAt(plan, estimate->time_s, &planned_);
+  if (parting_.Apart(planned_, *estimate)) return;
   StateDifference(planned_, *estimate, deviation_);
   const double share = (t_s - plan.time_s[k]) / (plan.time_s[k + 1] - plan.time_s[k]);
   feedback_.noalias() = share * plan.gains[k] * deviation_;

@@ -115,6 +115,18 @@ ReferencePoint Reference::At(double t_s) const {
   return r;
 }
 
+Reference::Bend Reference::Tightest() const {
+  Bend out{std::numeric_limits<double>::infinity()};
+  for (std::size_t i = 0; i + 1 < path_.size(); ++i) {
+    const Sample &a = path_[i], &b = path_[i + 1];
+    const double angle = std::atan2(a.tangent.cross(b.tangent).norm(), a.tangent.dot(b.tangent));
+    const double length = b.distance_m - a.distance_m;
+    if (!(angle > 0) || length > out.radius_m * angle) continue;
+    out = {length / angle, angle, length, TimeOf(b.distance_m), b.position};
+  }
+  return out;
+}
+
 double Reference::WaypointTime(int i) const {
   if (i < 0 || i >= static_cast<int>(waypoint_m_.size())) {
     return std::numeric_limits<double>::infinity();

@@ -36,6 +36,16 @@ class Reference {
   double EndTime() const;
   /// From here on the error counts (circle: after the approach).
   double SettledTime() const;
+  /// Where a path bends most. Its tangent turns by `angle_rad` within `length_m`, of which the
+  /// radius is the one over the other.
+  struct Bend {
+    double radius_m{0};  ///< infinite where it is straight
+    double angle_rad{0}, length_m{0};
+    double time_s{0};
+    Vector3 position{Vector3::Zero()};
+  };
+  /// Of a goal with a position.
+  Bend Tightest() const;
   bool has_position() const { return !path_.empty(); }
   bool has_tip() const { return circle_ != nullptr; }
   int arm() const { return circle_ == nullptr ? -1 : circle_->arm; }

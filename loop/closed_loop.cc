@@ -52,10 +52,17 @@ model::Robot PlantRobot(const scene::Scene& scene) {
   return robot;
 }
 
+model::Robot BelievedRobot(const scene::Scene& scene) {
+  model::Robot robot = scene.robot;
+  robot.effects.current_m_s.reset();
+  robot.effects.unsteady_current.reset();
+  return robot;
+}
+
 ClosedLoop::ClosedLoop(const scene::Scene& scene, const ClosedLoopOptions& options)
     : scene_(Checked(scene)),
       plant_(PlantRobot(scene)),
-      model_(scene.robot, scene.reduction),
+      model_(BelievedRobot(scene), scene.reduction),
       wire_(options.bus.value_or(scene.drives.bus), kBusTimeout_us, options.record),
       vehicle_(MakeVehicle()),
       plant_vehicle_(dynamic_cast<PlantVehicle*>(vehicle_.get())),
@@ -69,7 +76,7 @@ ClosedLoop::ClosedLoop(const scene::Scene& scene, const ClosedLoopOptions& optio
           wire_.control_station()),
       pacer_(Period_us(scene.drives)),
       lock_step_(*vehicle_, control_side_.motors(), wire_, options.real_time ? &pacer_ : nullptr),
-      account_(model_, control_side_.options(), control_side_.reference()),
+      account_(model_, control_side_.options(), control_side_.reference(), scene.run.duration_s),
       work_before_j_(scene.reduction.actuators.size(), 0.0) {}
 
 std::unique_ptr<VehicleSide> ClosedLoop::MakeVehicle() {
@@ -150,6 +157,10 @@ LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer)
     if (at_end || !go) break;
     account_.Add(truth, period, control_side_.command_n(), control_side_.before_n(),
                  vehicle_->tension_n(), &r);
+    if (control_side_.options().estimator.current && plant_vehicle_ != nullptr) {
+      account_.AddCurrent(truth.time_s, period, control_side_.disturbance().current_m_s,
+                          EvaluateWater(plant_.robot.effects, truth.time_s).velocity_m_s, &r);
+    }
     control_side_.PrepareNext();
     status = Advance(&r);
     if (status.ok) ++r.cycles;
@@ -177,17 +188,45 @@ void ClosedLoop::Conclude(LoopResult* r) {
   r->iterations = control.iterations;
   r->limit_touches = control.limit_touches;
   r->time_s = static_cast<double>(r->cycles) * scene_.drives.period_s;
+  r->estimator = control_side_.estimator_counters();
   account_.Conclude(r);
   if (r->cycles > 0) r->bus_load = Load(r->traffic.worst_bits, r->time_s);
   for (int i = 0; i < control_side_.motors().motor_count(); ++i) {
     r->late_pdos += control_side_.motors().report(i).tpdo1_late;
   }
   if (const controller::Mpc* mpc = control_side_.mpc()) r->counters = mpc->counters();
+  r->ended = Ending(*r);
+  for (int i = 0; i < control_side_.motors().motor_count(); ++i) {
+    if (control_side_.health().lost(i)) r->lost_motors.insert(i);
+  }
   r->late_cycles = pacer_.late_turns();
   r->worst_lateness_s = 1e-6 * static_cast<double>(pacer_.worst_lateness_us());
   if (plant_vehicle_ == nullptr) return;
   r->plant = plant_vehicle_->side().PlantResult();
   r->energetic_index = r->plant.index.ratio_of_means;
+}
+
+// On fallbacks: the controller had given up, or never had a plan.
+std::string ClosedLoop::Ending(const LoopResult& r) const {
+  std::string text;
+  const controller::MpcCounters& c = r.counters;
+  const controller::Mpc* mpc = control_side_.mpc();
+  if (mpc != nullptr && c.solves > 0 &&
+      (mpc->status().outcome == controller::Outcome::kSafe || c.fallbacks_in_turn == c.solves)) {
+    text =
+        fmt::format("ended on fallbacks: the last {} of {} plans", c.fallbacks_in_turn, c.solves);
+    if (mpc->status().cause != nullptr) text += fmt::format(" ({})", mpc->status().cause);
+  }
+  const MotorMaster& motors = control_side_.motors();
+  for (int i = 0; i < motors.motor_count(); ++i) {
+    const firmware_sim::DriveReport& report = motors.report(i);
+    if (report.step == firmware_sim::DriveStep::kEnabled) continue;
+    text += fmt::format("{}ended with a drive that does not work: motor \"{}\", {}",
+                        text.empty() ? "" : "; ",
+                        scene_.reduction.actuators[static_cast<std::size_t>(i)].name,
+                        firmware_sim::Describe(report));
+  }
+  return text;
 }
 
 }  // namespace mantle::loop

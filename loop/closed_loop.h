@@ -22,6 +22,10 @@ namespace mantle::loop {
 /// The plant of a scene: its robot with the mismatch that the controller does not know.
 model::Robot PlantRobot(const scene::Scene& scene);
 
+/// The robot that the controller believes in: of the scene's own, without a mismatch and in water
+/// at rest. A current it has to find out.
+model::Robot BelievedRobot(const scene::Scene& scene);
+
 /// How a closed loop is run, and what of its scene is replaced.
 struct ClosedLoopOptions {
   bool real_time{false};                         ///< on the wall clock; else in lock-step
@@ -30,7 +34,8 @@ struct ClosedLoopOptions {
   firmware_sim::CandumpWriter* record{nullptr};  ///< as Wire takes it
 };
 
-/// What happens at a SYNC, for telemetry; references are valid during the call. At the end of a run
+/// What happens at a SYNC, for telemetry; references are valid during the call. All places and
+/// velocities are the earth's. At the end of a run
 /// there is no command any more: the last ones stand.
 struct LoopStep {
   double time_s;                       ///< of the SYNC, from t = 0
@@ -85,6 +90,7 @@ class ClosedLoop {
   void PassSensors();
   LoopStep StepNow(bool planned, double error, const LoopResult& result) const;
   void Conclude(LoopResult* result);
+  std::string Ending(const LoopResult& result) const;
 
   scene::Scene scene_;
   model::Plant plant_;

@@ -11,12 +11,13 @@ using reduced::ReducedState;
 
 LoopAccount::LoopAccount(const reduced::ReducedModel& model,
                          const controller::ControlOptions& control,
-                         const controller::Reference& reference)
+                         const controller::Reference& reference, double duration_s)
     : control_(control),
       reference_(reference),
       cost_(model, control, reference),
       history_(control.gait.period_s + 1.0),
-      residual_(VectorX::Zero(cost_.rows())) {}
+      residual_(VectorX::Zero(cost_.rows())),
+      half_s_(0.5 * duration_s) {}
 
 void LoopAccount::Start(const Vector3& position, LoopResult* result) {
   history_.Reset(0.0, position);
@@ -93,7 +94,22 @@ void LoopAccount::Add(const ReducedState& truth, double dt, const VectorX& comma
   squared_error_ += (actual - before).squaredNorm() / static_cast<double>(actual.size());
 }
 
+void LoopAccount::AddCurrent(double t_s, double dt_s, const Vector3& estimated,
+                             const Vector3& actual, LoopResult* r) {
+  if (!r->current) r->current.emplace();
+  r->current->estimated = estimated;
+  r->current->actual = actual;
+  if (t_s < half_s_) return;
+  const double error = (estimated - actual).norm();
+  r->current->rms_error += dt_s * error * error;
+  r->current->max_error = std::max(r->current->max_error, error);
+  current_time_s_ += dt_s;
+}
+
 void LoopAccount::Conclude(LoopResult* r) const {
+  if (r->current && current_time_s_ > 0) {
+    r->current->rms_error = std::sqrt(r->current->rms_error / current_time_s_);
+  }
   if (error_time_s_ > 0) r->mean_error /= error_time_s_;
   if (r->cycles == 0) return;
   r->tension_error_n = std::sqrt(squared_error_ / static_cast<double>(r->cycles));

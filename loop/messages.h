@@ -29,7 +29,8 @@ struct Sensors {
   double time_s{0};  ///< of the SYNC, from t = 0
   /// Whether a measurement of the state arrives now. The first message always has one.
   bool has_state{false};
-  reduced::ReducedState state;       ///< stamped with the time it was taken, at or before time_s
+  reduced::ReducedState
+      state;  ///< the earth's; stamped with the time it was taken, at or before time_s
   std::vector<CableReading> cables;  ///< one per motor, as measured now
 };
 

@@ -68,7 +68,7 @@ class VehicleSide : public DrivenVehicle {
 
   // What figures of a run are taken from: the truth, or the best that is known of it.
 
-  /// Of the last Look.
+  /// Of the last Look, in the earth's frame.
   virtual const reduced::ReducedState& truth() const = 0;
   /// Tension of every motor [N], per unit gain, at the last Look.
   virtual const model::VectorX& tension_n() const = 0;

@@ -47,6 +47,21 @@ bool IsFinite(const ReducedState& s) {
          s.root.rotation.coeffs().allFinite() && std::isfinite(s.time_s);
 }
 
+std::vector<bool> BendingCoordinates(const ReducedArm& arm) {
+  std::vector<bool> bends(static_cast<std::size_t>(arm.size()));
+  for (std::size_t g = 0; g < arm.basis.groups().size(); ++g) {
+    const StrainGroup& group = arm.basis.groups()[g];
+    Matrix6X middle, end;  // a column may vanish at one of them
+    arm.basis.Evaluate(static_cast<int>(g), 0.5 * (group.from_m + group.to_m), &middle);
+    arm.basis.Evaluate(static_cast<int>(g), group.to_m, &end);
+    for (int c = 0; c < group.columns; ++c) {
+      bends[static_cast<std::size_t>(group.first + c)] =
+          middle.col(c).head<3>().norm() + end.col(c).head<3>().norm() > 0;
+    }
+  }
+  return bends;
+}
+
 Pose EvaluateTip(const ReducedArm& arm, const double* q, Eigen::Ref<Eigen::Matrix3Xd>* jacobian) {
   Pose tip = arm.mount;
   TangentJet jet;

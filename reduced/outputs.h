@@ -18,6 +18,10 @@ void MoveState(const ReducedState& from, const Eigen::Ref<const VectorX>& by, Re
 /// Whether every number of the state is finite, its time included.
 bool IsFinite(const ReducedState& state);
 
+/// Of each coordinate of an arm: whether it bends or twists its sections; else it shears and
+/// stretches them alone. Allocates.
+std::vector<bool> BendingCoordinates(const ReducedArm& arm);
+
 /// The tip of an arm relative to the root, and d(position)/dq of the arm's coordinates in the root
 /// frame (3 x arm.size(), or null where it is not needed):
 ///   h_k = h_{k-1} exp(Omega_k(q)),  dp/dq = sum_k R_k (v + w x R_k^T (p - p_k)),

@@ -10,7 +10,8 @@
 
 namespace mantle::reduced {
 
-/// State of the reduced model, in the frame that drifts with the water's current.
+/// State of the reduced model: within a step in the frame that drifts with the water's current,
+/// between plant and controller, and all over the controller, in the earth's (water_frame.h).
 struct ReducedState {
   double time_s{0};
   Pose root;     ///< body to world [m]
@@ -24,7 +25,8 @@ struct ReducedState {
 ///   R(g, q, v, a; inputs) = M(q) a - f = 0,
 /// evaluated as inverse dynamics. K = dR/d(zeta, q), D = dR/dv, M = dR/da and dR/du are exact; the
 /// root's increments zeta are in its body frame (g exp(zeta^)). Poses and twists are taken in a
-/// frame that drifts with the water's uniform current, as the plant's.
+/// frame that drifts with the water's uniform current, as the plant's; CurrentStep (water_frame.h)
+/// steps states that are the earth's.
 ///
 /// Here are its constants alone, made from a robot by ReducedPlant (reduced/build/reduced_plant.h);
 /// what runs the model needs no more than this. Nothing in it changes: state, inputs and

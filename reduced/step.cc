@@ -33,6 +33,7 @@ StepJacobian::StepJacobian(const ReducedModel& model) {
   state.setZero(2 * n, 2 * n);
   input.setZero(2 * n, model.input_count());
   step.setZero(2 * n);
+  if (!model.root_free()) support.setZero(2 * n, 6);
 }
 
 StepStages::StepStages(const ReducedModel& model) {

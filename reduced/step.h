@@ -44,6 +44,9 @@ struct StepJacobian {
   Eigen::MatrixXd state;  ///< 2n x 2n
   Eigen::MatrixXd input;  ///< 2n x inputs
   VectorX step;           ///< by h; inputs are held
+  /// 2n x 6, of a held root alone: by a twist that its support has beside the given one all step
+  /// long, in its own axes.
+  Eigen::MatrixXd support;
 };
 
 /// Increments at which the stages of a step ended. Given back for the same step from a nearby state

@@ -61,6 +61,7 @@ bool StepSolver::Differentiate(int i) {
   x.middleCols(6, rest) = -j.stiffness.rightCols(rest);
   x.middleCols(n_, n_) = by_velocity * j.mass;
   x.middleCols(2 * n_, inputs) = -j.input;
+  if (!free_) x.middleCols(n_, 6) = -j.damping.leftCols<6>();  // by the support's twist
   // dv = -v/h dh and da = sigma dv - a/h dh at fixed y, y_known, v_known; h a_1 is fixed
   VectorX& column = work_.increment_;
   const auto root_held = [&](VectorX& v) -> VectorX& {
@@ -91,10 +92,7 @@ bool StepSolver::Differentiate(int i) {
     x.col(at_h) +=
         (sigma_ * scheme_.a21) * work_.weighted_.rightCols(rest).lazyProduct(p.y_rate.tail(rest));
   }
-  if (!free_) {
-    x.topRows<6>().setZero();
-    x.middleCols(n_, 6).setZero();
-  }
+  if (!free_) x.topRows<6>().setZero();
   work_.lu_.Solve(&x);
   if (!std::isfinite(x.sum())) return false;  // as soon as one entry is not
   s.rate_by = sigma_ * x;
@@ -127,6 +125,11 @@ void StepSolver::FinishJacobian(StepJacobian* out) {
   split(s.y_by.bottomRows(n_ - 6), 6);
   split(s.root, n_);
   split(s.rate_by.bottomRows(n_ - 6), n_ + 6);
+  if (!free_) {  // these columns are the support's
+    out->support = out->state.middleCols<6>(n_);
+    out->support.middleRows<6>(n_).setIdentity();
+    out->state.middleCols<6>(n_).setZero();
+  }
   if (free_) out->state.topLeftCorner<6, 6>() += Adjoint(model::Inverse(Moved(s)));
   out->state.block(6, 6, n_ - 6, n_ - 6).diagonal().array() += 1.0;  // q = q_0 + y
 }

@@ -26,10 +26,13 @@ controller::ControlOptions Effective(controller::ControlOptions control) {
   return control;
 }
 
-double GainSquare(const reduced::Actuator& motor) {
-  double sum = 0;
-  for (const reduced::ActuatorTarget& target : motor.targets) sum += target.gain * target.gain;
-  return sum;
+std::vector<double> GainSquares(const reduced::ReducedModel& model) {
+  std::vector<double> squares;
+  for (const reduced::Actuator& motor : model.actuators) {
+    double& sum = squares.emplace_back(0.0);
+    for (const reduced::ActuatorTarget& target : motor.targets) sum += target.gain * target.gain;
+  }
+  return squares;
 }
 
 }  // namespace
@@ -44,7 +47,10 @@ ControlSide::ControlSide(const ControlSetup& setup, firmware_sim::Bus& bus)
       controller_(controller::MakeController({setup.model, step_, control_, reference_})),
       estimator_(controller::MakeEstimator(
           {setup.model, step_, control_.estimator, sensors_, control_.motors})),
-      motors_(bus, setup.model.input_count(), setup.drives, setup.supervisor) {
+      motors_(bus, setup.model.input_count(), setup.drives, setup.supervisor),
+      gain_square_(GainSquares(setup.model)),
+      health_(motors_.winch_map(), control_.motors, gain_square_, setup.drives.period_s),
+      evidence_(gain_square_.size()) {
   const int motors = setup.model.input_count();
   command_.setZero(motors);
   for (int i = 0; i < motors; ++i) command_(i) = control_.motors[i].min_tension_n;
@@ -52,7 +58,6 @@ ControlSide::ControlSide(const ControlSetup& setup, firmware_sim::Bus& bus)
   held_ = VectorX::Zero(motors);
   torques_.resize(motors);
   for (int i = 0; i < motors; ++i) {
-    gain_square_.push_back(GainSquare(setup.model.actuators[i]));
     tension_loops_.emplace_back(
         motors_.winch_map(),
         controller::TensionLoopOptions{drives_.period_s, drives_.cable_stiffness_n_m,
@@ -70,13 +75,26 @@ void ControlSide::Turn(const Sensors& message) {
     started_ = true;
   } else {
     ++cycle_;
-    held_ = 0.5 * (before_ + command_);  // from the one to the other since the last SYNC
+    Examine();
+    // From the one to the other since the last SYNC, but for what the drives say was not pulled.
+    held_ = 0.5 * (before_ + command_) + health_.missing_n();
     estimator_->Update(t, held_, measured);
   }
   planned_ = cycle_ % every_ == 0;
   if (planned_) Plan(t);
   Command(t);
   SetTorques(message);
+}
+
+// What the motors did since the last SYNC, and what may be asked of them.
+void ControlSide::Examine() {
+  for (int i = 0; i < motors_.motor_count(); ++i) {
+    evidence_[i] = {&motors_.report(i), gain_square_[i] * before_(i),
+                    tension_loops_[i].tension_n()};
+  }
+  health_.Update(evidence_);
+  health_.UpdateBias(estimator_->disturbance().bias_n, controller::StateFilter::kMostBias);
+  if (health_.changed()) controller_->SetLimits(health_.limits());
 }
 
 void ControlSide::Plan(double t_s) {
@@ -98,7 +116,7 @@ void ControlSide::Command(double t_s) {
     if (!std::isfinite(command_(i))) command_(i) = before_(i);
   }
   unlimited_ = command_;
-  controller::LimitTensions(control_.motors, before_, drives_.period_s, command_);
+  controller::LimitTensions(health_.limits(), before_, drives_.period_s, command_);
   counters_.limit_touches += ((unlimited_ - command_).array().abs() > kCut_n).count();
 }
 

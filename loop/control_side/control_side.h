@@ -8,6 +8,7 @@
 #include "controller/estimator.h"
 #include "controller/reference.h"
 #include "controller/tension_loop.h"
+#include "loop/control_side/motor_health.h"
 #include "loop/control_side/motor_master.h"
 #include "loop/messages.h"
 
@@ -34,8 +35,9 @@ struct ControlCounters {
 /// The control's side of the wire: it would run a vehicle.
 ///
 ///   Sensors -> estimator -> controller -> limits -> tension loops -> torques -> master -> CAN
-///                                                        ^                        |
-///                                                        +-------- reports --------+
+///                  ^            ^           ^            ^                          |
+///                  | actual tensions        | of lost motors: none                  |
+///                  +------- motor health ---+------------+--------- reports --------+
 ///
 /// It learns of the vehicle by sensor messages and CAN frames alone; the rest is what it believes:
 /// the reduced model, the drives' data sheet, the motors' gangs.
@@ -63,13 +65,17 @@ class ControlSide {
   const controller::Disturbance& disturbance() const { return estimator_->disturbance(); }
   /// Estimator::covariance.
   const Eigen::MatrixXd* covariance() const { return estimator_->covariance(); }
+  controller::EstimatorCounters estimator_counters() const { return estimator_->counters(); }
   /// Null where the controller makes no plans.
   const controller::Mpc* mpc() const { return controller_->mpc(); }
+  /// Which motors pull, and what they pull.
+  const MotorHealth& health() const { return health_; }
   const ControlCounters& counters() const { return counters_; }
   const controller::ControlOptions& options() const { return control_; }
   const controller::Reference& reference() const { return reference_; }
 
  private:
+  void Examine();
   void Plan(double t_s);
   void Command(double t_s);
   void SetTorques(const Sensors& message);
@@ -85,6 +91,8 @@ class ControlSide {
   MotorMaster motors_;
   std::vector<double> gain_square_;  ///< G of every motor: its tension is G u at the drum
   std::vector<controller::TensionLoop> tension_loops_;
+  MotorHealth health_;
+  std::vector<MotorEvidence> evidence_;
   model::VectorX command_, before_, unlimited_, held_;
   std::vector<MotorCommand> torques_;
   ControlCounters counters_;

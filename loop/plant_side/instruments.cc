@@ -1,5 +1,7 @@
 #include "loop/plant_side/instruments.h"
 
+#include "reduced/water_frame.h"
+
 namespace mantle::loop {
 
 Instruments::Instruments(const reduced::ReducedPlant& model, const PlantSide& plant,
@@ -14,6 +16,10 @@ Status Instruments::Look(double time_s) {
   if (!projection_.Project(plant_.state(), &truth_)) {
     return {false, "the plant's state could not be projected: an element turned too far"};
   }
+  // The plant's state drifts with the water.
+  reduced::ToEarth(
+      model::EvaluateWater(plant_.simulation().plant().robot.effects, plant_.state().time_s),
+      &truth_);
   truth_.time_s = time_s;
   for (int i = 0; i < plant_.motor_count(); ++i) {
     tension_(i) = plant_.drum_tension_n(i) / plant_.reel(i).gain_square;

@@ -9,8 +9,9 @@
 
 namespace mantle::loop {
 
-/// The vehicle's instruments, idealised: the plant's state projected on reduced coordinates, and
-/// the cables' lengths, both with the noise, delay and losses of the table [sensors].
+/// The vehicle's instruments, idealised: the plant's state projected on reduced coordinates, in the
+/// earth's frame, and the cables' lengths, both with the noise, delay and losses of the table
+/// [sensors].
 class Instruments {
  public:
   /// Both must outlive it; `plant` is the one the model reduces, but for mismatch. Throws

@@ -69,6 +69,7 @@ class PlantSide final : public DrivenVehicle {
   const model::Simulation& simulation() const { return simulation_; }
   firmware_sim::WinchOutput winch(int i) const { return rack_[i].output(); }
   const firmware_sim::Drive& drive(int i) const { return rack_[i]; }
+  firmware_sim::Drive& drive(int i) { return rack_[i]; }  ///< to disturb it
   const Reel& reel(int i) const { return reels_[i]; }
   /// True tension at the drum [N], T = G u for u per unit gain (reel.h).
   double drum_tension_n(int i) const { return drum_tension_n_[i]; }

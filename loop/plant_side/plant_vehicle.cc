@@ -11,7 +11,10 @@ PlantVehicle::PlantVehicle(const model::Plant& plant, const reduced::ReducedPlan
     : plant_(plant), side_(plant, run, motors, drives, bus), instruments_(model, side_, sensors) {}
 
 model::Vector3 PlantVehicle::tip(int arm) const {
-  return AbsolutePose(plant_, side_.state(), arm, plant_.rods[arm].element_count()).position;
+  const model::WaterMotion water =
+      EvaluateWater(plant_.robot.effects, side_.state().time_s);  // with which the state drifts
+  return AbsolutePose(plant_, side_.state(), arm, plant_.rods[arm].element_count()).position +
+         water.drift_m;
 }
 
 }  // namespace mantle::loop

@@ -58,7 +58,10 @@ void Describe(Visitor& v, Scene& scene) {
   v.Object({"drives", "CANopen drives and cables of a closed loop"}, &scene.drives);
   v.Object({"sensors", "standard deviations of white noise on what is measured; none by default"},
            &scene.sensors);
-  v.Object({"mismatch", "factors on the plant that the controller does not know"}, &scene.mismatch);
+  v.Object({"mismatch", "factors on a closed loop's plant that the controller does not know"},
+           &scene.mismatch);
+  v.Demand(scene.control || scene.mismatch.none(), "mismatch",
+           "acts in a closed loop alone: give [control], or leave it out");
 }
 
 Catalogue SceneCatalogue() {

@@ -54,7 +54,9 @@ TEST(Estimator, DirectWithDelayIsTheTruthWhereTheModelIsExact) {
 
 TEST(Estimator, DirectTakesAFreshMeasurementAsItIs) {
   Truth truth("reach.toml");
-  ModelEstimator estimator = Make(truth);
+  EstimatorOptions options;
+  options.gate = 0;  // it starts far from where it is found
+  ModelEstimator estimator = Make(truth, options);
   estimator.Start(InitialState(truth.world.model));
   truth.Advance(truth.NoBias());
   estimator.Update(truth.state.time_s, truth.u, &truth.state);
@@ -143,6 +145,31 @@ TEST(Estimator, AMeasurementThatIsNotFiniteIsIgnored) {
       EXPECT_NEAR(estimator.age_s(), (i + 1) * kPeriod_s, 1e-9);
     }
     // The model goes on in its place.
+    EXPECT_LT(Error(truth.state, estimator.state()), 1e-9) << observer;
+  }
+}
+
+TEST(Estimator, CountsWhatBecameOfEveryMeasurement) {
+  for (const bool observer : {false, true}) {
+    Truth truth("steer.toml");
+    EstimatorOptions options;
+    options.observer = observer;
+    ModelEstimator estimator = Make(truth, options);
+    estimator.Start(truth.state);
+    const ReducedState old = truth.state;
+    constexpr int kPeriods = 20, kWild = 7, kBad = 9, kOld = 11;
+    for (int i = 0; i < kPeriods; ++i) {
+      truth.Advance(truth.NoBias());
+      ReducedState measured = i == kOld ? old : truth.state;
+      if (i == kWild) measured.q.array() += 5.0;
+      if (i == kBad) measured.q(0) = std::numeric_limits<double>::infinity();
+      estimator.Update(truth.state.time_s, truth.u, &measured);
+    }
+    const EstimatorCounters c = estimator.counters();
+    EXPECT_EQ(c.refused, 1);
+    EXPECT_EQ(c.useless, 2);
+    EXPECT_EQ(c.taken, kPeriods - 3);
+    EXPECT_EQ(c.restarts, 0);
     EXPECT_LT(Error(truth.state, estimator.state()), 1e-9) << observer;
   }
 }

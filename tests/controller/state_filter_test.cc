@@ -16,6 +16,9 @@ using tests::kPeriod_s;
 using tests::Noise;
 using tests::Truth;
 
+/// As scenes have it.
+const double kGate = EstimatorOptions{}.gate;
+
 StateFilter MakeFilter(const Truth& truth, const EstimatorOptions& options = {},
                        const SensorOptions& sensors = {}) {
   return {truth.world.model, truth.world.step, options, sensors, truth.world.scene.control->motors};
@@ -190,6 +193,83 @@ TEST(StateFilter, FindsAnAccelerationOfTheRoot) {
   constexpr double kNear_m_s2 = 1e-3;  // a fifth: it shares with the tensions' bias
   EXPECT_LT((filter.disturbance().acceleration_m_s2 - d.acceleration_m_s2).norm(), kNear_m_s2)
       << filter.disturbance().acceleration_m_s2.transpose();
+}
+
+class CurrentOf : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(Roots, CurrentOf, testing::Values("steer.toml", "reach.toml"));
+
+TEST_P(CurrentOf, TheWaterIsFoundBesideTheTensionsBias) {
+  Truth truth(GetParam());
+  EstimatorOptions options;
+  options.current = true;
+  StateFilter filter = MakeFilter(truth, options);
+  filter.Start(truth.state);
+  Disturbance d(static_cast<int>(truth.u.size()));
+  d.current_m_s = {0.03, 0.05, 0.01};
+  truth.world.propagator.SetDisturbance(d);
+  for (int i = 0; i < 1500; ++i) {
+    truth.Advance(truth.NoBias());
+    filter.Predict(truth.state.time_s, truth.u);
+    filter.Correct(truth.state);
+  }
+  constexpr double kNear_m_s = 5e-3;
+  EXPECT_LT((filter.disturbance().current_m_s - d.current_m_s).norm(), kNear_m_s)
+      << filter.disturbance().current_m_s.transpose();
+  EXPECT_EQ(filter.refused(), 0);
+}
+
+ReducedState Wild(const ReducedState& state) {
+  ReducedState wild = state;
+  wild.q.array() += 5.0;
+  return wild;
+}
+
+TEST(StateFilter, TheGateRefusesOneWildMeasurementAndTakesTheNext) {
+  Truth truth("steer.toml");
+  EstimatorOptions options, open;
+  open.gate = 0;
+  options.gate = kGate;
+  StateFilter filter = MakeFilter(truth, options, Noise()),
+              without = MakeFilter(truth, open, Noise());
+  loop::SensorModel sensors(truth.world.model, Noise());
+  filter.Start(truth.state);
+  without.Start(truth.state);
+  for (int i = 0; i < 100; ++i) {
+    truth.Advance(truth.NoBias());
+    filter.Predict(truth.state.time_s, truth.u);
+    without.Predict(truth.state.time_s, truth.u);
+    const ReducedState good = *sensors.Measure(truth.state);
+    EXPECT_EQ(filter.Correct(i == 50 ? Wild(good) : good), i != 50) << i;
+    without.Correct(i == 50 ? Wild(good) : good);
+  }
+  EXPECT_EQ(filter.refused(), 1);
+  EXPECT_EQ(filter.restarts(), 0);
+  EXPECT_LT((filter.state().q - truth.state.q).norm(),
+            0.1 * (without.state().q - truth.state.q).norm());
+}
+
+TEST(StateFilter, AGateThatHadRefusedForTooLongOpensAgain) {
+  Truth truth("steer.toml");
+  EstimatorOptions options;
+  options.gate = kGate;
+  StateFilter filter = MakeFilter(truth, options);
+  filter.Start(truth.state);
+  // The whole vehicle is found elsewhere, and stays there.
+  const model::Vector3 away(0, 0, 1);
+  int taken = 0;
+  for (int i = 0; i < 3 * StateFilter::kMostRefused; ++i) {
+    truth.Advance(truth.NoBias());
+    filter.Predict(truth.state.time_s, truth.u);
+    ReducedState measured = truth.state;
+    measured.root.position += away;
+    taken += filter.Correct(measured) ? 1 : 0;
+    EXPECT_EQ(taken > 0, i >= StateFilter::kMostRefused) << i;
+  }
+  EXPECT_EQ(filter.restarts(), 1);
+  EXPECT_EQ(taken, 2 * StateFilter::kMostRefused);
+  EXPECT_LT((filter.state().root.position - truth.state.root.position - away).norm(), 1e-3);
+  const Eigen::MatrixXd& p = filter.covariance();
+  EXPECT_LT((p - p.transpose()).norm(), 1e-9 * p.norm());
 }
 
 TEST(StateFilter, FindsNothingWhereNothingIs) {

@@ -70,6 +70,7 @@ TEST(MantleCheck, RefusesWhateverARunRefuses) {
       Scene("arm_vibration") + " --set arms.0.initial_mode1_tip_speed=1e200",
       Scene("paper") + " --set mantle.elements=3",
       Scene("paper") + " --model reduced --set reduced.modes=8",
+      Scene("paper") + " --set mismatch.drag=1.2",
       Scene("paper") + " --set extends=absent.toml",
       Scene("paper") + " --set extends=3",
       "free.toml",
@@ -93,6 +94,47 @@ TEST(MantleCheck, ATipSpeedThatCannotBeGivenIsNamed) {
       Mantle(folder, "check " + Scene("arm_vibration") + " --set arms.0.material.young=1e-300");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_NE(outcome.err.find("initial_mode1_tip_speed"), std::string::npos) << outcome.err;
+}
+
+/// Warnings of a closed loop.
+std::vector<std::string> ControlWarnings(const std::string& arguments) {
+  const Outcome outcome = Mantle(FreshFolder("check_control"), "check --json " + arguments);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  std::vector<std::string> warnings;
+  const auto report = nlohmann::json::parse(outcome.out);
+  for (const auto& w : report.at("warnings")) {
+    if (w.get<std::string>().starts_with("control.")) warnings.push_back(w);
+  }
+  return warnings;
+}
+
+TEST(MantleCheck, WarnsWithFiguresOfGoalsThatCannotBeMeant) {
+  struct {
+    std::string arguments, words;
+  } const cases[] = {
+      {Scene("steer") + " --set control.cost.position=0 --set control.cost.heading=0 --set "
+                        "control.cost.turn_rate=0",
+       "every weight of the state is zero"},
+      {Scene("steer") + " --set control.cost.tip=3", "does not look at tip = 3"},
+      {Scene("reach") + " --set control.cost.position=7", "does not look at position = 7"},
+      {Scene("steer") +
+           " --set 'control.goal.waypoints=[{at=[0,0,0.5]},{at=[0,0,0]},{at=[0,0,0.5]}]'",
+       "the path has a cusp"},
+      {Scene("steer") +
+           " --set 'control.goal.waypoints=[{at=[0,0,0.3]},{at=[0.1,0,0.35]},{at=[0.1,0,0]}]'",
+       "tighter than the vehicle turns"},
+      {Scene("reach"), "the reference starts 65 mm from the tip"},
+      {Scene("steer") + " --set control.grid.steps=10 --set 'control.grid.knots=[1,2,5,10]'",
+       "the horizon of 0.5 s is shorter than a pulse of the gait, 0.8 s"},
+  };
+  for (const auto& c : cases) {
+    const std::vector<std::string> warnings = ControlWarnings(c.arguments);
+    EXPECT_TRUE(
+        std::any_of(warnings.begin(), warnings.end(),
+                    [&](const std::string& w) { return w.find(c.words) != std::string::npos; }))
+        << c.words << (warnings.empty() ? "" : "; " + warnings[0]);
+  }
+  EXPECT_EQ(ControlWarnings(Scene("steer")), std::vector<std::string>{});
 }
 
 TEST(MantleCheck, WritesASceneThatChecksAndRunsTheSame) {

@@ -8,8 +8,10 @@
 #include "loop/scene/toml_reader.h"
 #include "model/schedule.h"
 #include "tools/mantle/build_run.h"
+#include "tools/mantle/control_warnings.h"
 #include "tools/mantle/json_schema.h"
 #include "tools/mantle/progress.h"
+#include "tools/mantle/reduced_run.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/static_output.h"
@@ -142,6 +144,12 @@ Json CheckReport(const SceneOptions& options, const scene::Scene& scene,
     const double working = WorkingPressure(scene, plant);
     j["lobed_buckling"] = LobedBucklingJson(model::LobedBucklingMargin{lobes, working, {}});
     j["warnings"] = model::LobedBucklingWarnings({lobes, working, {}});
+  }
+  if (scene.control) {
+    const auto model = BuildReduced(options, scene);
+    for (const std::string& warning : ControlWarnings(scene, *model)) {
+      j["warnings"].push_back(warning);
+    }
   }
   if (!scene.has_time) return j;
   const Cost cost = MeasureCost(options, scene, plant);

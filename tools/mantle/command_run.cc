@@ -115,6 +115,7 @@ class RunJob {
     const Before before = Resume();
     if (shape_every_ > 0) log_.emplace(plant_, shape_every_);
     const double start_s = simulation_->time_s();
+    WarnOfMismatch();
     OpenFolder();
     StartTrajectory(before.trajectory.empty() ? TrajectoryTitles(plant_) : before.trajectory);
     if (log_) log_->Start(folder_->partial(), before.log, RowCount(before.trajectory));
@@ -149,6 +150,14 @@ class RunJob {
   struct Before {
     std::string trajectory, log;
   };
+
+  void WarnOfMismatch() const {
+    if (scene_.mismatch.none()) return;
+    Complain(
+        "warning: {}: mismatch: acts in a closed loop alone; this run is of the robot as it is "
+        "described",
+        scene_.name);
+  }
 
   // CVODE keeps a history that a checkpoint cannot hold.
   bool can_checkpoint() const { return scene_.run.stepper.integrator != model::Integrator::kCvode; }

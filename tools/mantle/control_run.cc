@@ -167,6 +167,11 @@ class ControlJob {
       const char* axes[] = {"x", "y", "z"};
       for (int k = 0; k < 3; ++k) emit(fmt::format("{}{}_{}", name, axes[k], unit), v(k));
     };
+    if (loop_->control_side().options().estimator.current) {
+      vector("estimated_current_",
+             step == nullptr ? model::Vector3::Zero().eval() : step->disturbance.current_m_s,
+             "m_s");
+    }
     if (reference.has_position()) vector("reference_", at.position, "m");
     if (reference.has_tip()) vector("reference_tip_", at.tip, "m");
     if (!reference.has_position() && !reference.has_tip()) {
@@ -242,8 +247,12 @@ class ControlJob {
   }
 
   int Conclude(const loop::LoopResult& result, bool locked) {
-    const bool complete = result.ok && result.time_s >= scene_.run.duration_s - kSameTime_s;
-    const std::string reason = result.ok && !complete ? "interrupted" : result.reason;
+    const bool whole = result.ok && result.time_s >= scene_.run.duration_s - kSameTime_s;
+    const bool complete = whole && result.ended.empty();
+    const std::string reason = complete     ? ""
+                               : !result.ok ? result.reason
+                               : whole      ? result.ended
+                                            : "interrupted";
     Json summary =
         RunSummary({&scene_, &loop_->plant(), &result.plant, volume_, scene_options_.overrides,
                     result.wall_s, result.time_s, complete, reason});
@@ -261,7 +270,7 @@ class ControlJob {
       Complain("{}: {} at t = {:.6g} s; partial results in {}", scene_.name, reason, result.time_s,
                folder_->partial().string());
     }
-    PrintResults(summary, complete);
+    PrintResults(summary, complete, whole);
     ReportBeside(scene_options_.report, complete ? folder_->folder() : folder_->partial(),
                  scene_options_.json || !complete);
     ComplainOfWarnings(scene_.name, result.plant.warnings);
@@ -272,11 +281,12 @@ class ControlJob {
     return complete ? 0 : kExitCannotContinue;
   }
 
-  void PrintResults(const Json& summary, bool complete) const {
+  void PrintResults(const Json& summary, bool complete, bool whole) const {
     if (scene_options_.json) {
       PrintText(Dump(summary));
-    } else if (complete) {
-      Print("{}  results in {}\n", ControlTable(summary), folder_->folder().string());
+    } else if (whole) {
+      Print("{}  results in {}\n", ControlTable(summary),
+            (complete ? folder_->folder() : folder_->partial()).string());
     }
   }
 };

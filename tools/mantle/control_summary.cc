@@ -83,6 +83,7 @@ Json SolverJson(const loop::LoopResult& r) {
   j["deadline_misses"] = c.deadline_misses;
   j["fallbacks"] = c.shifted + c.safe;
   j["bad_states"] = c.bad_states;
+  j["restarts"] = c.restarts;
   j["iterations"] = r.iterations;
   j["iteration_histogram"] = Trimmed(c.iteration_histogram);
   j["prepare_ms"] = Quantiles(r.prepare_s);
@@ -95,6 +96,21 @@ Json SolverJson(const loop::LoopResult& r) {
     bins.push_back({{"from_ms", from_ms}, {"count", counts[i]}});
   }
   j["step_histogram"] = bins;
+  return j;
+}
+
+Json EstimatorJson(const loop::LoopResult& r) {
+  Json j = {{"taken", r.estimator.taken},
+            {"refused", r.estimator.refused},
+            {"useless", r.estimator.useless},
+            {"restarts", r.estimator.restarts},
+            {"current", nullptr}};
+  if (r.current) {
+    j["current"] = {{"estimated_m_s", VectorJson(r.current->estimated)},
+                    {"actual_m_s", VectorJson(r.current->actual)},
+                    {"rms_error_m_s", r.current->rms_error},
+                    {"max_error_m_s", r.current->max_error}};
+  }
   return j;
 }
 
@@ -112,6 +128,7 @@ Json DrivesJson(const scene::Scene& scene, loop::ClosedLoop& loop) {
                     {"cables", pulls},
                     {"node", r.node},
                     {"step", Name(r.step)},
+                    {"sound", r.problem == firmware_sim::DriveProblem::kNone},
                     {"state", Describe(r)},
                     {"emergencies", r.emcy_count},
                     {"tpdos_late", r.tpdo1_late}});
@@ -148,11 +165,18 @@ Json ControlSummary(const ControlReport& report) {
   j["motor_periods"] = r.cycles * report.loop->plant_side().motor_count();
   j["limit_touches"] = r.limit_touches;
   j["solver"] = SolverJson(r);
+  j["estimator"] = EstimatorJson(r);
   j["bus"] = {{"spec", report.bus},
               {"load", r.bus_load},
               {"load_peak", r.bus_load_peak},
               {"frames", r.traffic.frames},
               {"tpdos_late", r.late_pdos}};
+  j["motors_lost"] = Json::array();
+  for (std::size_t i = 0; i < report.scene->reduction.actuators.size(); ++i) {
+    if (r.lost_motors.contains(static_cast<int>(i))) {
+      j["motors_lost"].push_back(report.scene->reduction.actuators[i].name);
+    }
+  }
   j["drives"] = DrivesJson(*report.scene, *report.loop);
   j["real_time"] = report.real_time ? Json{{"late_cycles", r.late_cycles},
                                            {"worst_lateness_ms", 1e3 * r.worst_lateness_s},

@@ -57,12 +57,33 @@ std::string Drives(const Json& drives) {
   std::string faulty;
   std::size_t stopped = 0;
   for (const Json& drive : drives) {
-    const bool fine = drive["step"] == "stopped" && drive["emergencies"] == 0;
-    stopped += drive["step"] == "stopped" ? 1U : 0U;
+    const bool fine = drive["step"] == "stopped" && drive["emergencies"] == 0 && drive["sound"];
+    stopped += fine ? 1U : 0U;
     if (!fine) faulty += fmt::format("\n              {}", drive["state"].get<std::string>());
   }
   return fmt::format("{} of {} stopped as they should{}{}", stopped, drives.size(),
                      faulty.empty() ? ", no emergency" : "", faulty);
+}
+
+// What a user has to know of; empty where all was taken and there is no current.
+std::string Estimator(const Json& e) {
+  std::string text;
+  const long refused = e["refused"], useless = e["useless"], restarts = e["restarts"];
+  if (refused + useless + restarts > 0) {
+    text = fmt::format(
+        "{} measurements taken, {} refused by the gate, {} of no use; started again {} "
+        "times",
+        e["taken"].get<long>(), refused, useless, restarts);
+  }
+  if (const Json& c = e["current"]; !c.is_null()) {
+    const auto v = c["estimated_m_s"].get<std::vector<double>>();
+    text += fmt::format(
+        "{}current ({:.1f}, {:.1f}, {:.1f}) mm/s, {:.1f} mm/s off (rms of the second "
+        "half)",
+        text.empty() ? "" : "; ", 1e3 * v[0], 1e3 * v[1], 1e3 * v[2],
+        1e3 * Number(c["rms_error_m_s"]));
+  }
+  return text;
 }
 
 }  // namespace
@@ -80,6 +101,10 @@ std::string ControlTable(const Json& summary) {
                  summary["scene"].get<std::string>(), c["controller"].get<std::string>(), mode,
                  Number(summary["sim_time_s"]), Number(summary["wall_time_s"]),
                  Number(summary["realtime_factor"]));
+  if (!summary["complete"]) {
+    fmt::format_to(std::back_inserter(text), "  NOT SOUND   {}\n",
+                   summary["reason"].get<std::string>());
+  }
   row("goal", Goal(c["goal"]));
   const ErrorUnit unit = UnitOf(c);
   const Json& error = c["error"];
@@ -113,9 +138,13 @@ std::string ControlTable(const Json& summary) {
     row("solver", fmt::format("{} plans, {:.1f} iterations each; {} deadlines missed, {} fallbacks",
                               s["plans"].get<long>(), Number(s["iterations"]) / Number(s["plans"]),
                               s["deadline_misses"].get<long>(), s["fallbacks"].get<long>()));
+    if (s["restarts"] != 0) {
+      row("", fmt::format("{} plans made anew from the estimate", s["restarts"].get<long>()));
+    }
     row("", fmt::format("prepare {}, solve {} (median / p99 / max)", Times(s["prepare_ms"]),
                         Times(s["solve_ms"])));
   }
+  if (const std::string told = Estimator(c["estimator"]); !told.empty()) row("estimator", told);
   const Json& bus = c["bus"];
   row("bus", fmt::format("{}: {:.1f} % of 1 Mbit/s, at most {:.1f} % in a period; {} frames, {} "
                          "TPDOs late",
@@ -126,6 +155,9 @@ std::string ControlTable(const Json& summary) {
     row("real time",
         fmt::format("{} of {} cycles late, by {:.1f} ms at worst", r["late_cycles"].get<long>(),
                     r["cycles"].get<long>(), Number(r["worst_lateness_ms"])));
+  }
+  for (const Json& motor : c["motors_lost"]) {
+    row("", fmt::format("motor {}: LOST, gets no tension", motor.get<std::string>()));
   }
   row("drives", Drives(c["drives"]));
   return text;
