@@ -31,10 +31,9 @@ def mend(text):
 
 
 def about(header):
-    """What a header says of itself: the comment before it opens its namespace, or of the file."""
-    found = re.search(r"((?:^///[^\n]*\n)+)\s*(?:#define[^\n]*\n\s*)*^namespace mantle", header, re.M) or re.search(
-        r"^/// @file\n((?:^///[^\n]*\n)+)", header, re.M)
-    if not found:
+    """What a header says before it opens its namespace; what it says of itself as a file, Breathe prints."""
+    found = re.search(r"((?:^///[^\n]*\n)+)\s*(?:#define[^\n]*\n\s*)*^namespace mantle", header, re.M)
+    if not found or "@file" in found.group(1):
         return ""
     text = re.sub(r"^/// ?", "", found.group(1), flags=re.M).rstrip()
     return f"```text\n{text}\n```\n\n"
@@ -48,23 +47,24 @@ def split_namespaces(xml):
         header = tree.parse(page)
         compound = header.find("compounddef")
         location = compound.find("location").get("file")
+        classes = {inner.get("refid") for inner in compound.findall("innerclass")}
         for reference in compound.findall("innernamespace"):
             part = copy.deepcopy(namespaces[reference.get("refid")])
             inside = part.find("compounddef")
-            members = 0
             for section in inside.findall("sectiondef"):
                 for member in section.findall("memberdef"):
-                    if member.find("location").get("file") == location:
-                        members += 1
-                    else:
+                    if member.find("location").get("file") != location:
                         section.remove(member)
                 if section.find("memberdef") is None:
                     inside.remove(section)
+            for other in inside.findall("innerclass"):
+                if other.get("refid") not in classes:
+                    inside.remove(other)
             # What headers say of themselves before they open a namespace, Doxygen adds up there; `about` has it.
-            for kind in ("innerclass", "innernamespace", "briefdescription", "detaileddescription"):
+            for kind in ("innernamespace", "briefdescription", "detaileddescription"):
                 for other in inside.findall(kind):
                     inside.remove(other)
-            if members == 0:
+            if inside.find("sectiondef") is None and inside.find("innerclass") is None:
                 compound.remove(reference)
                 continue
             name = f"{reference.get('refid')}_in_{page.stem}"

@@ -8,6 +8,8 @@ const [book, playwright, executablePath] = process.argv.slice(2);
 const { chromium } = await import(pathToFileURL(join(playwright, 'index.mjs')));
 const pages = readdirSync(book, { recursive: true }).filter((name) => name.endsWith('.html'));
 const problems = [];
+const leastClasses = 300; // in the reference of the headers; some 400 are there
+let classes = 0;
 const browser = await chromium.launch({ executablePath, args: ['--no-sandbox'] });
 const page = await browser.newPage({ viewport: { width: 390, height: 844 } });
 let at = '';
@@ -36,6 +38,9 @@ for (const name of pages) {
     width: document.documentElement.scrollWidth,
     unread: document.querySelectorAll('.MathJax_Error, .noError, .MathJax_SVG [data-mjx-error], .merror').length,
   }));
+  classes += await page.evaluate(
+    () => [...document.querySelectorAll('dt.sig-object')].filter((entry) => /^\s*(template.*>\s*)?(struct|class)\s/.test(entry.innerText)).length,
+  );
   if (wrong.width > 390) problems.push(`${name}: ${wrong.width} wide on a phone of 390`);
   if (wrong.unread > 0) problems.push(`${name}: ${wrong.unread} formulas that MathJax does not read`);
 }
@@ -49,6 +54,7 @@ await page
   .waitForFunction(() => document.querySelectorAll('#search-results li a').length >= 2, null, { timeout: 30000 })
   .catch(() => problems.push('the search for Kalman finds fewer than two pages'));
 await browser.close();
+if (classes < leastClasses) problems.push(`${classes} classes in the reference, must be ${leastClasses} at least`);
 if (pages.length < 30) problems.push(`${pages.length} pages, must be 30 at least`);
-console.log(problems.join('\n') || `${pages.length} pages`);
+console.log(problems.join('\n') || `${pages.length} pages, ${classes} classes`);
 process.exit(problems.length > 0 ? 1 : 0);
