@@ -20,6 +20,7 @@ struct QuadraticProgram {
   std::vector<int> column;  ///< of an entry
   std::vector<double> by;   ///< its value
 
+  /// n, and n + m.
   int variables() const { return static_cast<int>(gradient.size()); }
   int constraints() const { return static_cast<int>(low.size()); }
   /// a_c^T x.
@@ -38,6 +39,7 @@ struct QuadraticProgram {
 /// residuals are those of round-off.
 class ActiveSet {
  public:
+  /// How it ended; kBudget: after `most_points`, kNotConvex: H has no Cholesky factor.
   enum class End { kSolved, kBudget, kDeadline, kInfeasible, kNotConvex };
 
   /// A constraint held: which, and at which of its bounds.
@@ -53,10 +55,13 @@ class ActiveSet {
   End Solve(const QuadraticProgram& program, const std::vector<Held>& guess, int most_points,
             std::int64_t deadline_ns);
 
+  /// Where it ended: the minimum over what is held.
   const Eigen::VectorXd& x() const { return x_; }
+  /// The active set.
   const std::vector<Held>& held() const { return held_; }
   /// Of held()[i], at least 0.
   double multiplier(int i) const { return multipliers_(i); }
+  /// Points looked at.
   int points() const { return points_; }
 
  private:
@@ -69,7 +74,7 @@ class ActiveSet {
   void Hold(const Held& h, double multiplier, double norm);
   void Drop(int i);
   void Point();
-  /// R^-1 of the first k entries, in place; R^-T.
+  /// R^-1 b of the first k entries, in place; R^-T b.
   void BackSubstitute(Eigen::VectorXd* b) const;
   void ForwardSubstitute(Eigen::VectorXd* b) const;
   void Begin(const std::vector<Held>& guess);

@@ -12,9 +12,9 @@ namespace mantle::tools {
 /// before any other thread exists.
 void UseOneBlasThread();
 
-/// Keeps freed memory in the process (no blocks mapped alone, no trimming): Ipopt and MUMPS allocate
-/// on every solve, and pages that go back to the kernel are faulted in again by the next. Call it
-/// before anything large is allocated.
+/// Keeps freed memory in the process (no blocks mapped alone, no trimming): Ipopt and MUMPS
+/// allocate on every solve, and pages that go back to the kernel are faulted in again by the next.
+/// Call it before anything large is allocated.
 void KeepFreedMemory();
 
 /// Locks what memory there is and will be into RAM. Returns what the system refused, empty where
