@@ -44,6 +44,20 @@ double Load(std::uint64_t bits, double time_s) {
   return static_cast<double>(bits) / (time_s * static_cast<double>(firmware_sim::kBitRate));
 }
 
+// What a run would have to say if it ended with this plan: the controller has given up, or never
+// had a plan.
+void NoteFallbacks(const ControlSide& control, LoopResult* r) {
+  const controller::Mpc* mpc = control.mpc();
+  if (mpc == nullptr || !control.planned()) return;
+  r->ended.clear();
+  const controller::MpcCounters& c = mpc->counters();
+  const controller::MpcStatus& status = mpc->status();
+  if (status.outcome != controller::Outcome::kSafe && c.fallbacks_in_turn != c.solves) return;
+  r->ended =
+      fmt::format("ended on fallbacks: the last {} of {} plans", c.fallbacks_in_turn, c.solves);
+  if (status.cause != nullptr) r->ended += fmt::format(" ({})", status.cause);
+}
+
 }  // namespace
 
 model::Robot PlantRobot(const scene::Scene& scene) {
@@ -148,7 +162,10 @@ LoopResult ClosedLoop::Run(const std::function<bool(const LoopStep&)>& observer)
     status = vehicle_->Look(static_cast<double>(cycle) * period);
     if (!status.ok) break;
     const bool at_end = cycle == cycles;
-    if (!at_end) PassSensors();
+    if (!at_end) {
+      PassSensors();
+      NoteFallbacks(control_side_, &r);
+    }
     const reduced::ReducedState& truth = vehicle_->truth();
     const double error = account_.Look(
         truth, reference().has_tip() ? vehicle_->tip(reference().arm()) : model::Vector3::Zero(),
@@ -206,17 +223,9 @@ void ClosedLoop::Conclude(LoopResult* r) {
   r->energetic_index = r->plant.index.ratio_of_means;
 }
 
-// On fallbacks: the controller had given up, or never had a plan.
+// What the last plan left, and the drives.
 std::string ClosedLoop::Ending(const LoopResult& r) const {
-  std::string text;
-  const controller::MpcCounters& c = r.counters;
-  const controller::Mpc* mpc = control_side_.mpc();
-  if (mpc != nullptr && c.solves > 0 &&
-      (mpc->status().outcome == controller::Outcome::kSafe || c.fallbacks_in_turn == c.solves)) {
-    text =
-        fmt::format("ended on fallbacks: the last {} of {} plans", c.fallbacks_in_turn, c.solves);
-    if (mpc->status().cause != nullptr) text += fmt::format(" ({})", mpc->status().cause);
-  }
+  std::string text = r.ended;
   const MotorMaster& motors = control_side_.motors();
   for (int i = 0; i < motors.motor_count(); ++i) {
     const firmware_sim::DriveReport& report = motors.report(i);

@@ -54,9 +54,10 @@ void WarnOfWeights(const scene::Scene& scene, std::vector<std::string>* out) {
     if (w.value > 0 && !w.counts) ignored.push_back(fmt::format("{} = {:.6g}", w.name, w.value));
   }
   if (!any) {
-    out->push_back(fmt::format(
-        "control.cost: {} of the state is zero: the best that a controller can do is nothing",
-        given ? "every weight that the goal looks at" : "every weight"));
+    out->push_back(
+        fmt::format("control.cost: every weight of the state{} is zero: the best that a controller "
+                    "can do is nothing",
+                    given ? " that the goal looks at" : ""));
   }
   if (!ignored.empty()) {
     out->push_back(
