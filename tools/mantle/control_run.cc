@@ -250,7 +250,7 @@ class ControlJob {
 
   void PrintResults(const Json& summary, bool complete) const {
     if (scene_options_.json) {
-      PrintText(Dump(summary));
+      PrintText(Dump(summary), complete ? 0 : kExitCannotContinue);
     } else if (complete) {
       Print("{}  results in {}\n", ControlTable(summary), folder_->folder().string());
     }
