@@ -108,7 +108,7 @@ struct Cost {
   inputs.cables[0].tension_n = 0.4;
   long iterations = 0;
   for (int i = 0; i < count; ++i) {
-    inputs.strips_pa[0] = i % 4 < 2 ? 250.0 : 30.0;
+    inputs.strips_pa[0] = i % 4 < 2 ? 150.0 : 30.0;
     const reduced::StepOutcome o = TakeStep(model, settings, kStep_s, state, inputs, inputs, &work,
                                             &end, derivatives ? &jacobian : nullptr);
     if (!o.ok) {

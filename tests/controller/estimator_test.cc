@@ -145,7 +145,8 @@ TEST(Estimator, AMeasurementThatIsNotFiniteIsIgnored) {
       EXPECT_NEAR(estimator.age_s(), (i + 1) * kPeriod_s, 1e-9);
     }
     // The model goes on in its place.
-    EXPECT_LT(Error(truth.state, estimator.state()), 1e-9) << observer;
+    constexpr double kStepTolerance = 1e-7;  // over the gaps: Newton's, of the reduced steps
+    EXPECT_LT(Error(truth.state, estimator.state()), kStepTolerance) << observer;
   }
 }
 

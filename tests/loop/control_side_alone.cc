@@ -1,6 +1,6 @@
 // A program with the control side alone, as one that drives a vehicle would be: it links no other
 // part of the loop and no plant (control_side_link_test.sh looks at what came into it), believes in
-// a model of constants of its own, and turns sensor messages into a torque for every motor. Exit
+// a model of constants of its own, and turns sensor messages into a command for every motor. Exit
 // status 0 where it does.
 
 #include <cstdio>
@@ -49,12 +49,17 @@ int main() {
     side.Turn(message);
     side.PrepareNext();
   }
-  // Nothing reels in: the tension loops ask for all the more torque.
+  // No drive answers, so that every motor counts as lost: none is told to pull.
   for (const loop::MotorCommand& torque : side.torques()) {
-    if (torque.torque_permille <= 0) {
-      std::fprintf(stderr, "torque %d, must be above 0\n", torque.torque_permille);
+    if (torque.torque_permille > 0) {
+      std::fprintf(stderr, "torque %d, must not be above 0\n", torque.torque_permille);
       return 1;
     }
+  }
+  if (side.health().lost_count() != 2 || side.torques().size() != 2) {
+    std::fprintf(stderr, "%d of %zu motors lost, must be 2 of 2\n", side.health().lost_count(),
+                 side.torques().size());
+    return 1;
   }
   return 0;
 }

@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(Schemes, StepDerivatives,
                            return info.param == StepScheme::kSdirk2 ? "Sdirk2" : "BackwardEuler";
                          });
 
-// Largest difference between plant and reduced model after 0.4 s with steps of 20 and 10 ms: tip
+// Largest difference between plant and reduced model after 0.4 s with steps of 5 and 2.5 ms: tip
 // and root in arm lengths, volume in its change.
 struct MotionErrors {
   double coarse{0}, fine{0};
@@ -130,7 +130,7 @@ MotionErrors CompareMotion(const model::Robot& robot, const Reduction& reduction
     }
     return worst;
   };
-  return {error(0.02), error(0.01)};
+  return {error(0.005), error(0.0025)};
 }
 
 // The semi-discrete robot is the same; what differs is the time discretisation, in strains or in

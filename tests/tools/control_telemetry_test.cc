@@ -43,8 +43,8 @@ TEST(ControlTelemetry, AnObserversPositionIsMostlyWithinThreeOfTheDeviationsThat
       "control_noise", Scene("steer_noise") + " --controller pursuit --set time.duration=3");
   ASSERT_GT(rows.size(), 100U);
   ASSERT_EQ(rows[0].count("deviation_5"), 1U);
-  constexpr double kShare = 0.95;  // 0.997 were it normal and white
-  for (int k = 3; k < 6; ++k) {    // x, y, z
+  constexpr double kShare = 0.9;  // 0.997 were errors normal and white; the model's are neither
+  for (int k = 3; k < 6; ++k) {   // x, y, z
     int within = 0, there = 0;
     for (const auto& row : rows) {
       const double sigma = row.at(Indexed("deviation", k));

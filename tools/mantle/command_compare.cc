@@ -119,7 +119,7 @@ int Compare(const SceneOptions& options) {
     Complain("{}: {}; partial results in {}", scene.name, reason, folder.partial().string());
   }
   if (options.json) {
-    PrintText(Dump(summary));
+    PrintText(Dump(summary), complete ? 0 : kExitCannotContinue);
   } else if (complete) {
     Print("{}: reduced model with {} states against the full one with {}\n", scene.name,
           2 * small->velocity_count(), 2 * small->plant.velocity_size());

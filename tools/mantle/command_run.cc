@@ -252,17 +252,17 @@ class RunJob {
       Complain("{}: {} at t = {:.6g} s; partial results in {}", scene_.name, reason,
                result.sim_time_s, folder_->partial().string());
     }
+    const bool as_commanded = complete || (result.ok && !Interrupted());
+    const int status = as_commanded ? 0 : kExitCannotContinue;
     if (options_.scene.json) {
-      PrintText(Dump(summary));
+      PrintText(Dump(summary), status);
     } else if (complete) {
       PrintSummary(summary, folder_->folder());
     }
     ReportBeside(options_.scene.report, complete ? folder_->folder() : folder_->partial(),
                  options_.scene.json || !complete);
     ComplainOfWarnings(scene_.name, result.warnings);
-    if (complete) return 0;
-    const bool as_asked = result.ok && !Interrupted();
-    return as_asked ? 0 : kExitCannotContinue;
+    return status;
   }
 };
 

@@ -102,7 +102,7 @@ int SolveScene(const SceneOptions& options) {
              result.load_factor, folder.partial().string());
   }
   if (options.json) {
-    PrintText(Dump(summary));
+    PrintText(Dump(summary), result.ok ? 0 : kExitCannotContinue);
   } else if (result.ok) {
     PrintSummary(summary, folder.folder());
   }

@@ -144,7 +144,7 @@ int StudyControl(const StudyOptions& options) {
              Interrupted() ? "interrupted" : "a run could not go on", folder.partial().string());
   }
   if (options.json) {
-    PrintText(Dump(study));
+    PrintText(Dump(study), ok ? 0 : kExitCannotContinue);
   } else {
     PrintTable(runs);
     if (ok) Print("  results in {}\n", (folder.folder() / "study.json").string());

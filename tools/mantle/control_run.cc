@@ -283,7 +283,7 @@ class ControlJob {
 
   void PrintResults(const Json& summary, bool complete, bool whole) const {
     if (scene_options_.json) {
-      PrintText(Dump(summary));
+      PrintText(Dump(summary), complete ? 0 : kExitCannotContinue);
     } else if (whole) {
       Print("{}  results in {}\n", ControlTable(summary),
             (complete ? folder_->folder() : folder_->partial()).string());

@@ -152,7 +152,7 @@ int RunReducedScene(const SceneOptions& options, int shape_every) {
              folder.partial().string());
   }
   if (options.json) {
-    PrintText(Dump(summary));
+    PrintText(Dump(summary), complete ? 0 : kExitCannotContinue);
   } else if (complete) {
     Print(
         "{} (reduced, {} states): {:.6g} s simulated in {:.3g} s ({:.0f}x real time), {} "

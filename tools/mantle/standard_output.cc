@@ -53,6 +53,14 @@ void PrintText(std::string_view text) {
   if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size()) throw Failure(errno);
 }
 
+void PrintText(std::string_view text, int status) {
+  try {
+    PrintText(text);
+  } catch (const CannotPrint&) {
+    if (status == 0) throw;
+  }
+}
+
 void FlushOutput() {
   const bool failed = std::fflush(stdout) != 0;
   if (failed || std::ferror(stdout) != 0) throw Failure(failed ? errno : EIO);

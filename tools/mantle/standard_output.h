@@ -23,6 +23,9 @@ void PrepareStandardStreams();
 
 /// Throws CannotPrint where the buffer had to be written and could not.
 void PrintText(std::string_view text);
+/// The same at the end of a command that ends with `status`: where that is not 0 it is worse than
+/// output that cannot be written, has been said, and stands.
+void PrintText(std::string_view text, int status);
 
 template <typename... Args>
 void Print(fmt::format_string<Args...> format, Args&&... args) {
