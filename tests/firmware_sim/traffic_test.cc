@@ -68,6 +68,34 @@ TEST(Traffic, FieldsCarryTheSameInNumbers) {
   EXPECT_EQ(std::get<std::int64_t>(decoded.fields[3].value), 10000);
 }
 
+TEST(Traffic, EveryServiceNamesItsFields) {
+  const std::pair<CanFrame, std::string> cases[] = {
+      {DataFrame(0x000, {1, 0}), "command"},
+      {DataFrame(0x080, {}), ""},
+      {DataFrame(0x083, {0x30, 0x81, 0x11, 0, 0, 0, 0, 0}), "code meaning error_register"},
+      {DataFrame(0x282, {0x10, 0x27, 0, 0, 0x32, 0, 10, 0xEC}),
+       "velocity_counts_s current_percent mode temperature_celsius"},
+      {DataFrame(0x201, {0x0F, 0x01, 0x64, 0, 0, 0, 0, 0}),
+       "command controlword target_torque_percent target_position_counts"},
+      {DataFrame(0x601, {0x40, 0x41, 0x60, 0, 0, 0, 0, 0}), "index sub object"},
+      {DataFrame(0x581, {0x4B, 0x41, 0x60, 0, 0x50, 0x02, 0, 0}), "index sub object value"},
+      {DataFrame(0x581, {0x80, 0x34, 0x12, 0, 0, 0, 0x02, 0x06}),
+       "index sub object abort_code meaning"},
+      {DataFrame(0x701, {0}), "nmt_state"},
+      {DataFrame(0x181, {1, 2}), "too_short"},
+      {ErrorFrame(0x4), "error_class"},
+  };
+  for (const auto& [frame, names] : cases) {
+    std::string found;
+    for (const auto& field : Decode(frame).fields) {
+      found += (found.empty() ? "" : " ") + std::string(field.name);
+    }
+    EXPECT_EQ(found, names) << Describe(frame);
+  }
+  const DecodedFrame nmt = Decode(DataFrame(0x000, {129, 4}));
+  EXPECT_EQ(std::get<std::string>(nmt.fields.at(0).value), "reset node");
+}
+
 TEST(Traffic, TakesAnyFrame) {
   std::mt19937 random(3);
   for (int i = 0; i < 100'000; ++i) {
