@@ -56,9 +56,9 @@ function(mantle_label name)
   set_property(TEST ${name} APPEND PROPERTY LABELS ${folder} ${ARGN})
 endfunction()
 
-# What tools/test runs under sanitizers, label `sanitized`, built by the target sanitized_tests: buses,
-# drives and the readers of scenes, which take what others send, and the mechanics; they cost little to
-# compile. Under TSan, where there are threads. tools/test --full runs everything.
+# What tools/test runs under sanitizers, label `sanitized`, built by the target sanitized_tests: buses
+# and drives, which read what others send and cost little to compile. Under TSan, where there are threads.
+# tools/test --full runs everything.
 add_custom_target(sanitized_tests)
 if(MANTLE_SANITIZE MATCHES thread)
   set(sanitized bus_properties fault_injecting_bus loop_bus recording_bus udp_multicast_bus)
@@ -70,10 +70,6 @@ endif()
 list(TRANSFORM sanitized PREPEND firmware_sim. OUTPUT_VARIABLE MANTLE_SANITIZED_TESTS)
 if(MANTLE_SANITIZE MATCHES thread)
   list(APPEND MANTLE_SANITIZED_TESTS loop.between_threads)
-elseif(MANTLE_SANITIZE)
-  list(APPEND MANTLE_SANITIZED_TESTS loop.scene_text loop.scene_toml_document loop.scene_toml_reader
-    loop.scene_toml_writer loop.scene_units model.lie model.loads model.mantle_loads model.meridian
-    model.mismatch model.rod_element model.root_motion model.schedule model.shell_element)
 endif()
 
 # mantle_test(model.lie lie_test.cc LIBS mantle::model [TIMEOUT s]): one GoogleTest program, one ctest entry.
