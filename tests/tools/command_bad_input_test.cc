@@ -79,7 +79,7 @@ TEST(BadInput, IsRefusedInOneLineAndWritesNothing) {
       {"segments beyond the arm", ReducedWith("--set 'reduced.segment_ends=[0.1, 0.5]'"),
        "segment_ends: the last one = 0.5 m, must be the arm's length 0.42 m"},
       {"more strains than elements", ReducedWith("--set reduced.segments=41"),
-       "paper.toml: reduced.arms.arm: 164 strain coordinates; the plant's 40 elements"},
+       "paper.toml: reduced.arms.arm: 164 strain coordinates; the plant's 20 elements"},
       {"more mantle coordinates than fit", ReducedWith("--set reduced.modes=8"),
        "paper.toml: reduced.modes = 8, 1 static shapes and 1 snapshots: 10 coordinates, must be in "
        "[1, 8]"},
