@@ -14,7 +14,7 @@ TEST(MantleCheck, SaysWhatIsActiveAndWhatItCosts) {
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   const auto report = nlohmann::json::parse(outcome.out);
   EXPECT_EQ(report["root"], "free");
-  EXPECT_EQ(report["settings"]["unknowns"], 6 + 6 * 40 + 3 * 65);
+  EXPECT_EQ(report["settings"]["unknowns"], 6 + 6 * 20 + 3 * 65);
   EXPECT_EQ(report["stages"], 2);
   EXPECT_EQ(report["loads"], nlohmann::json::array({"arm.bend_z", "arm.bend_y", "mantle.muscle"}));
   EXPECT_GT(report["us_per_step"], 0.0);
