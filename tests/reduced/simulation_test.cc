@@ -39,6 +39,29 @@ TEST(ReducedSimulation, StartsWithTheArmsInitialMotionProjected) {
             kProjection * 0.1);
 }
 
+TEST(ReducedSimulation, SaysByHowMuchItsCoordinatesMissTheStart) {
+  model::Robot robot;
+  robot.name = "arm";
+  robot.root = model::ClampedRoot{};
+  robot.arms = {tests::PaperArm(16)};
+  model::Vector6 twisted = model::Vector6::Unit(3);
+  twisted(0) = 2.0;  // rad/m: 0.84 rad at the tip
+  robot.arms[0].initial_strain = model::StrainTable{{0.0}, {twisted}};
+  const auto warnings = [&](const StrainChoice& strains) {
+    Reduction r;
+    r.arms[0].segments = 4;
+    r.arms[0].strains = strains;
+    const ReducedPlant model(robot, r);
+    ReducedRunSettings settings;
+    settings.duration_s = settings.step_s = settings.output_interval_s = 1e-3;
+    return ReducedSimulation(model, settings).Run().warnings;
+  };
+  EXPECT_TRUE(warnings(kBendingTorsion).empty());
+  const std::vector<std::string> missed = warnings(kBending);
+  ASSERT_EQ(missed.size(), 1U);
+  EXPECT_NE(missed[0].find("and 0.84 rad, bounds"), std::string::npos) << missed[0];
+}
+
 TEST(ReducedSimulation, StartsWithTheMantlesInitialMotionProjected) {
   model::Robot robot = tests::ControlRobot(8, 24);
   robot.arms.clear();

@@ -162,6 +162,23 @@ TEST(MantleRunReduced, WritesWhatTheFullModelWritesButBalances) {
   EXPECT_EQ(rows.size(), reduced_rows.size());
 }
 
+TEST(MantleRunReduced, SaysWhichOverridesAreThePlantsAlone) {
+  const auto folder = FreshFolder("run_reduced_overrides");
+  const std::string run =
+      "run " + Scene("arm_dynamic") + " --model reduced --set time.duration=0.1 --out ";
+  const Outcome plain = Mantle(folder, run + "a");
+  ASSERT_EQ(plain.status, 0) << plain.err;
+  const Outcome set = Mantle(folder, run + "b --set time.step=0.001 --set 'time.tolerance = 0.1'");
+  ASSERT_EQ(set.status, 0) << set.err;
+  EXPECT_EQ(SaidOf(set.err).warnings, SaidOf(plain.err).warnings + 2) << set.err;
+  for (const char* key : {"--set time.step: ", "--set time.tolerance: "}) {
+    EXPECT_NE(set.err.find(key), std::string::npos) << set.err;
+  }
+  EXPECT_EQ(ReadFile(folder / "a/trajectory.csv"), ReadFile(folder / "b/trajectory.csv"));
+  EXPECT_EQ(ReadJson(folder / "b/summary.json").at("warnings").size(),
+            ReadJson(folder / "a/summary.json").at("warnings").size() + 2);
+}
+
 TEST(MantleRunReduced, IsDeterministic) {
   const auto folder = FreshFolder("run_reduced_twice");
   const std::string command = "run " + Scene("paper") + " --set time.duration=1 --model reduced";

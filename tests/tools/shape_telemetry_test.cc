@@ -5,9 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "loop/scene/scene.h"
-#include "model/simulation.h"
-#include "tests/support/paths.h"
+#include "tests/tools/scene_robot.h"
 #include "tools/mantle/lcm_bridge.h"
 
 namespace mantle::testing_tools {
@@ -18,21 +16,6 @@ using model::Vector6;
 
 // Strains are single precision: what is integrated over an arm of 40 elements is this good.
 constexpr double kSingle = 2e-6;
-
-struct Robot {
-  explicit Robot(const std::string& name, const std::vector<std::string>& overrides = {})
-      : scene(scene::LoadScene(tests::SourcePath("scenes/" + name + ".toml"), overrides)),
-        plant(scene.robot) {}
-  scene::Scene scene;
-  model::Plant plant;
-};
-
-// A state that is bent, stretched and moving, of the robot as it is driven.
-model::PlantState Moved(const Robot& robot, double t_s) {
-  model::Simulation simulation(robot.plant, robot.scene.run);
-  EXPECT_TRUE(simulation.AdvanceTo(t_s).ok);
-  return simulation.state();
-}
 
 model::Pose PoseAt(const ShapeTelemetry& m, std::size_t i) {
   model::Pose g;
@@ -53,7 +36,7 @@ model::Pose TipByStrains(const ShapeTelemetry& m) {
 }
 
 TEST(ShapeMessages, StrainsLeadFromTheBaseToTheTip) {
-  const Robot robot("paper");
+  const SceneRobot robot("paper");
   const auto state = Moved(robot, 0.6);
   ShapeMessages shapes(robot.plant);
   const ShapeTelemetry& m = shapes.Of(state, {});
@@ -66,7 +49,7 @@ TEST(ShapeMessages, StrainsLeadFromTheBaseToTheTip) {
 }
 
 TEST(ShapeMessages, AtRestNothingIsHeldAndTheShapeIsTheReference) {
-  const Robot robot("vehicle");
+  const SceneRobot robot("vehicle");
   ShapeMessages shapes(robot.plant);
   const ShapeTelemetry& m = shapes.Of(InitialState(robot.plant), {});
   for (const auto& stress : m.stress) {
@@ -88,7 +71,7 @@ TEST(ShapeMessages, AtRestNothingIsHeldAndTheShapeIsTheReference) {
 TEST(ShapeMessages, StressIsWhatBendsAStaticArm) {
   // A dead load F at the tip of a clamped arm: the force held is F everywhere, the moment its
   // lever.
-  const Robot robot("elastica");
+  const SceneRobot robot("elastica");
   const model::StaticsSettings settings = robot.scene.statics;
   const model::StaticsResult r = SolveStatics(robot.plant, settings);
   ASSERT_TRUE(r.ok) << r.reason;
@@ -104,7 +87,7 @@ TEST(ShapeMessages, StressIsWhatBendsAStaticArm) {
 }
 
 TEST(ShapeMessages, CablesRunWhereTheirLengthIsMeasured) {
-  const Robot robot("vehicle");
+  const SceneRobot robot("vehicle");
   model::PlantState state = InitialState(robot.plant);
   ShapeMessages shapes(robot.plant);
   const std::vector<double> tension = {1, 2, 3, 4, 5};
@@ -132,7 +115,7 @@ TEST(ShapeMessages, CablesRunWhereTheirLengthIsMeasured) {
 
 TEST(ShapeMessages, WhatDoesNotFitIntoAMessageIsThinnedToMeans) {
   const std::vector<std::string> fine = {"arms.arm.elements=640", "mantle.elements=320"};
-  const Robot robot("paper", fine);
+  const SceneRobot robot("paper", fine);
   ShapeMessages shapes(robot.plant);
   EXPECT_GT(shapes.thinning(), 1);
   const auto state = Moved(robot, 0.15);
@@ -148,7 +131,7 @@ TEST(ShapeMessages, WhatDoesNotFitIntoAMessageIsThinnedToMeans) {
 }
 
 TEST(ShapeMessages, ACurrentCarriesTheShapeWithIt) {
-  const Robot still("vehicle"), carried("vehicle", {"effects.current=[0.1, 0, 0]"});
+  const SceneRobot still("vehicle"), carried("vehicle", {"effects.current=[0.1, 0, 0]"});
   model::PlantState state = InitialState(still.plant);
   state.time_s = 2;
   ShapeMessages a(still.plant), b(carried.plant);
@@ -157,8 +140,8 @@ TEST(ShapeMessages, ACurrentCarriesTheShapeWithIt) {
 }
 
 TEST(ShapeMessages, ACurrentThatChangesCarriesTheShapeAsTheTrajectorySays) {
-  const Robot robot("vehicle", {"effects.current={x=0.1, y={type=\"sine\", amplitude=0.2, "
-                                "frequency=1}}"});
+  const SceneRobot robot("vehicle", {"effects.current={x=0.1, y={type=\"sine\", amplitude=0.2, "
+                                     "frequency=1}}"});
   model::Simulation run(robot.plant, robot.scene.run);
   ASSERT_TRUE(run.AdvanceTo(0.3).ok);
   const model::Sample sample = run.Observe();

@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "loop/scene/scene.h"
-#include "model/simulation.h"
-#include "tests/support/paths.h"
+#include "tests/tools/scene_robot.h"
 #include "tools/mantle/shape_telemetry.h"
 
 namespace mantle::testing_tools {
@@ -16,26 +14,12 @@ using model::Vector3;
 // The message holds single precision.
 constexpr double kSingle = 1e-6;
 
-struct Robot {
-  explicit Robot(const std::string& name, const std::vector<std::string>& overrides = {})
-      : scene(scene::LoadScene(tests::SourcePath("scenes/" + name + ".toml"), overrides)),
-        plant(scene.robot) {}
-  scene::Scene scene;
-  model::Plant plant;
-};
-
-model::PlantState Moved(const Robot& robot, double t_s) {
-  model::Simulation simulation(robot.plant, robot.scene.run);
-  EXPECT_TRUE(simulation.AdvanceTo(t_s).ok);
-  return simulation.state();
-}
-
 Vector3 ForceAt(const WaterTelemetry& m, std::size_t i) {
   return {double{m.drag[i][0]}, double{m.drag[i][1]}, double{m.drag[i][2]}};
 }
 
 TEST(WaterMessages, DragTakesTheEnergyThatTheAccountSays) {
-  const Robot robot("paper");
+  const SceneRobot robot("paper");
   const model::PlantState state = Moved(robot, 0.6);
   WaterMessages water(robot.plant, 1);
   ASSERT_TRUE(water.active());
@@ -71,7 +55,7 @@ TEST(WaterMessages, DragTakesTheEnergyThatTheAccountSays) {
 }
 
 TEST(WaterMessages, BodyDragIsAgainstTheSwimming) {
-  const Robot robot("paper");
+  const SceneRobot robot("paper");
   const model::PlantState state = Moved(robot, 0.9);
   const WaterTelemetry m = WaterMessages(robot.plant, 1).Of(state);
   const Vector3 drag(m.body_drag.data());
@@ -82,7 +66,7 @@ TEST(WaterMessages, BodyDragIsAgainstTheSwimming) {
 }
 
 TEST(WaterMessages, NodesAreThoseOfTheShape) {
-  const Robot robot("paper");
+  const SceneRobot robot("paper");
   const model::PlantState state = Moved(robot, 0.3);
   ShapeMessages shapes(robot.plant);
   const std::size_t nodes = shapes.Of(state, {}).position.size();
@@ -99,7 +83,7 @@ TEST(WaterMessages, WithoutDragThereIsNothingToSay) {
 }
 
 TEST(WaterMessages, AtRestTheWaterDoesNotDrag) {
-  const Robot robot("paper");
+  const SceneRobot robot("paper");
   const WaterTelemetry m = WaterMessages(robot.plant, 1).Of(InitialState(robot.plant));
   for (std::size_t i = 0; i < m.drag.size(); ++i) EXPECT_EQ(ForceAt(m, i).norm(), 0);
   EXPECT_EQ(Vector3(m.body_drag.data()).norm(), 0);
