@@ -170,8 +170,8 @@ TEST(Estimator, CountsWhatBecameOfEveryMeasurement) {
     EXPECT_EQ(c.useless, 2);
     EXPECT_EQ(c.taken, kPeriods - 3);
     EXPECT_EQ(c.restarts, 0);
-    constexpr double kStepTolerance = 1e-7;  // over the gaps: Newton's, of the reduced steps
-    EXPECT_LT(Error(truth.state, estimator.state()), kStepTolerance) << observer;
+    // The last measurement, or what a filter makes of steps that are solved to a tolerance.
+    EXPECT_LT(Error(truth.state, estimator.state()), observer ? 1e-7 : 1e-9) << observer;
   }
 }
 
