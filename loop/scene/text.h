@@ -17,6 +17,10 @@ bool IsName(std::string_view text);
 /// `text` with every byte that a name may not hold replaced by "_"; "scene" where it is empty.
 std::string NameFrom(std::string_view text);
 
+/// Letters added, left out, changed, or swapped with their neighbour, that lead from a to b
+/// (optimal string alignment).
+int EditDistance(std::string_view a, std::string_view b);
+
 /// For a message of one line: at most 120 bytes, control characters and bytes that are not UTF-8
 /// as `\xNN`.
 std::string Printable(std::string_view text);

@@ -168,7 +168,7 @@ TEST(MantleRunReduced, SaysWhichOverridesAreThePlantsAlone) {
       "run " + Scene("arm_dynamic") + " --model reduced --set time.duration=0.1 --out ";
   const Outcome plain = Mantle(folder, run + "a");
   ASSERT_EQ(plain.status, 0) << plain.err;
-  const Outcome set = Mantle(folder, run + "b --set time.step=0.001 --set 'time.tolerance = 0.1'");
+  const Outcome set = Mantle(folder, run + "b --set time.step=0.001 --set time.tolerance=0.1");
   ASSERT_EQ(set.status, 0) << set.err;
   EXPECT_EQ(SaidOf(set.err).warnings, SaidOf(plain.err).warnings + 2) << set.err;
   for (const char* key : {"--set time.step: ", "--set time.tolerance: "}) {

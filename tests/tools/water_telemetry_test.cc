@@ -78,7 +78,7 @@ TEST(WaterMessages, NodesAreThoseOfTheShape) {
 }
 
 TEST(WaterMessages, WithoutDragThereIsNothingToSay) {
-  const Robot dry("paper", {"effects.drag=false"});
+  const SceneRobot dry("paper", {"effects.drag=false"});
   EXPECT_FALSE(WaterMessages(dry.plant, 1).active());
 }
 

@@ -45,7 +45,7 @@ std::vector<std::string> OverridesOfThePlant(const std::vector<std::string>& ove
       "time.newton_iterations"};
   std::vector<std::string> warnings;
   for (const std::string& set : overrides) {
-    const std::string_view key = std::string_view(set).substr(0, set.find_first_of("= "));
+    const std::string_view key = std::string_view(set).substr(0, set.find('='));
     if (std::find(kPlants.begin(), kPlants.end(), key) == kPlants.end()) continue;
     warnings.push_back(
         fmt::format("--set {}: acts in the plant only; a reduced run steps by reduced.integrator, "

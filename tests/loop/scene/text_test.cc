@@ -30,6 +30,17 @@ TEST(Text, NamesComeFromAnyFileName) {
   EXPECT_TRUE(IsName(NameFrom("\xff/..")));
 }
 
+TEST(Text, EditDistanceCountsLettersAndSwaps) {
+  EXPECT_EQ(EditDistance("", ""), 0);
+  EXPECT_EQ(EditDistance("", "abc"), 3);
+  EXPECT_EQ(EditDistance("radius", "radius"), 0);
+  EXPECT_EQ(EditDistance("raduis", "radius"), 1) << "swapped";
+  EXPECT_EQ(EditDistance("rdius", "radius"), 1) << "left out";
+  EXPECT_EQ(EditDistance("radiuss", "radius"), 1) << "added";
+  EXPECT_EQ(EditDistance("rabius", "radius"), 1) << "changed";
+  EXPECT_EQ(EditDistance("kitten", "sitting"), 3);
+}
+
 TEST(Text, MessagesAreOneShortLine) {
   EXPECT_EQ(Printable("a\nb\xff\x1b"), "a\\x0ab\\xff\\x1b");
   EXPECT_EQ(Printable("\xe2\x82\xac"), "\xe2\x82\xac");
