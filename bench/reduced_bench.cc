@@ -30,8 +30,8 @@ model::Robot BenchRobot(Effects which) {
     e.contained_water = e.lateral_added_mass = true;
     e.jet_thrust->flux = model::FluxReading::kRadial;
     e.lateral_drag = model::LateralDrag{};
-    e.roll_drag = model::RollDrag{};
-    e.rigid_drag = model::RigidDrag{};
+    e.named.Set(model::RollDrag{});
+    e.named.Set(model::RigidDrag{});
   }
   return robot;
 }

@@ -48,8 +48,8 @@ bool Switch(std::string_view name, bool on, model::Effects* e) {
   };
   option("jet_thrust", &e->jet_thrust, model::JetThrust{});
   option("lateral_drag", &e->lateral_drag, model::LateralDrag{});
-  option("roll_drag", &e->roll_drag, model::RollDrag{});
-  option("rigid_drag", &e->rigid_drag, model::RigidDrag{});
+  option("roll_drag", &e->named.Get<model::RollDrag>(), model::RollDrag{});
+  option("rigid_drag", &e->named.Get<model::RigidDrag>(), model::RigidDrag{});
   return known;
 }
 

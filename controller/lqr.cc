@@ -1,11 +1,10 @@
 #include "controller/lqr.h"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "controller/stage_cost.h"
+#include "model/dense_algebra.h"
 #include "reduced/outputs.h"
 
 namespace mantle::controller {
@@ -13,6 +12,10 @@ namespace {
 
 using Eigen::MatrixXd;
 using model::Matrix3;
+using model::Product;
+using model::Solve;
+using model::SolveSymmetric;
+using model::TransposeProduct;
 
 constexpr int kDoublings = 9;           // 512 control periods: far beyond every mode's time
 constexpr double kPretension_n = 0.02;  // of the nominal cables, so that none is slack
@@ -55,7 +58,7 @@ MatrixXd StateWeight(const ReducedModel& model, const ControlOptions& options,
   VectorX residual = VectorX::Zero(cost.rows());
   MatrixXd jacobian = MatrixXd::Zero(cost.rows(), 2 * n);
   cost.Evaluate(s, &residual, &jacobian);
-  return jacobian.transpose() * cost.weights().asDiagonal() * jacobian;
+  return TransposeProduct(jacobian, cost.weights().asDiagonal() * jacobian);
 }
 
 // (x, c) with x = A x + B c but for the root's pose, and `rows` x = unit demands.
@@ -68,7 +71,7 @@ MatrixXd SteadyState(const MatrixXd& a, const MatrixXd& b, int pose, const Matri
   MatrixXd demand = MatrixXd::Zero(free + 2, 2);
   demand.bottomRows(2).setIdentity();
   MatrixXd out = MatrixXd::Zero(n + 2, 2);
-  out.bottomRows(free + 2) = m.completeOrthogonalDecomposition().solve(demand);
+  out.bottomRows(free + 2) = model::SolveLeastNorm(m, demand);
   return out;
 }
 
@@ -78,17 +81,18 @@ Riccati SolveRiccati(const MatrixXd& a, const MatrixXd& b, const MatrixXd& q, co
                      int doublings) {
   const MatrixXd identity = MatrixXd::Identity(a.rows(), a.cols());
   const auto gain = [&](const MatrixXd& value) -> MatrixXd {
-    return (r + b.transpose() * value * b).ldlt().solve(b.transpose() * value * a);
+    const MatrixXd to_input = TransposeProduct(b, value);
+    return SolveSymmetric(r + Product(to_input, b), Product(to_input, a));
   };
-  MatrixXd step = a, g = b * r.ldlt().solve(b.transpose()), h = q;
+  MatrixXd step = a, g = Product(b, SolveSymmetric(r, b.transpose())), h = q;
   Riccati out;
   out.gain = gain(h);
   for (int i = 0; i < doublings; ++i) {
-    const Eigen::PartialPivLU<MatrixXd> lu(identity + g * h);
-    const MatrixXd whole = lu.solve(step);
-    const MatrixXd next_g = g + step * lu.solve(g) * step.transpose();
-    const MatrixXd next_h = h + step.transpose() * h * whole;
-    step = step * whole;
+    const MatrixXd coupled = identity + Product(g, h);
+    const MatrixXd whole = Solve(coupled, step);
+    const MatrixXd next_g = g + Product(Product(step, Solve(coupled, g)), step.transpose());
+    const MatrixXd next_h = h + Product(TransposeProduct(step, h), whole);
+    step = Product(step, whole);
     g = 0.5 * (next_g + next_g.transpose());
     h = 0.5 * (next_h + next_h.transpose());
     const MatrixXd next = gain(h);
@@ -121,7 +125,7 @@ SteeringModel LineariseSteering(const ReducedModel& model, const reduced::StepSe
                           outcome.cause);
   }
   const MatrixXd a = Kept(jacobian.state, out.first, true);
-  const MatrixXd b = 0.5 * Kept(jacobian.input, out.first, false) * directions.transpose();
+  const MatrixXd b = 0.5 * Product(Kept(jacobian.input, out.first, false), directions.transpose());
   const Eigen::Index n = a.rows();
   const double h = out.period_s;
   const Eigen::Matrix2d metric = PullMetric(directions);

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
+#include "model/dense_algebra.h"
 #include "model/static_newton.h"
 
 namespace mantle::model {
@@ -153,8 +153,8 @@ class Buckling {
   bool Extract(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& h, int size, bool whole,
                int count, std::vector<BucklingLoad>* loads) const {
     loads->clear();
-    const Eigen::EigenSolver<Eigen::MatrixXd> solver(h.topLeftCorner(size, size));
-    const Eigen::VectorXcd values = solver.eigenvalues();
+    const Eigenpairs pairs = EigenpairsOf(h.topLeftCorner(size, size));
+    const Eigen::VectorXcd& values = pairs.values;
     std::vector<int> order(size);
     for (int k = 0; k < size; ++k) order[k] = k;
     std::sort(order.begin(), order.end(),
@@ -164,7 +164,7 @@ class Buckling {
       const double inverse = values(k).real();
       if (std::abs(values(k)) < 1.0 / kLargestFactor) break;
       const double residual =
-          whole ? 0.0 : std::abs(h(size, size - 1)) * std::abs(solver.eigenvectors()(size - 1, k));
+          whole ? 0.0 : std::abs(h(size, size - 1)) * std::abs(pairs.vectors(size - 1, k));
       if (residual > kConverged * std::abs(values(k))) return false;
       if (std::abs(values(k).imag()) > kEqual * std::abs(values(k))) continue;  // no real load
       const bool known = std::any_of(loads->begin(), loads->end(), [&](const BucklingLoad& l) {
@@ -173,7 +173,7 @@ class Buckling {
       if (known) continue;
       BucklingLoad load;
       load.load_factor = 1.0 / inverse;
-      load.shape = basis.leftCols(size) * solver.eigenvectors().col(k).real();
+      load.shape = basis.leftCols(size) * Eigen::VectorXd(pairs.vectors.col(k).real());
       Eigen::Index at;
       load.shape.cwiseAbs().maxCoeff(&at);
       load.shape /= load.shape(at);

@@ -31,30 +31,6 @@ static void Describe(Visitor& v, LateralDrag& drag) {
   v.Number({"coefficient"}, Quantity::kNumber, kNonNegative, &drag.coefficient);
 }
 
-static void Describe(Visitor& v, RollDrag& drag) {
-  v.Number({"coefficient", "four fins of 40 x 100 mm"}, Quantity::kRollDrag, kNonNegative,
-           &drag.coefficient_n_m_s2);
-}
-
-static void Describe(Visitor& v, RigidDrag& drag) {
-  v.Number({"lateral_coefficient"}, Quantity::kNumber, kNonNegative, &drag.lateral_coefficient);
-  v.Number({"axial_coefficient"}, Quantity::kNumber, kNonNegative, &drag.axial_coefficient);
-  v.Number({.name = "lateral_area", .fallback = "the cone's", .also = "needed with `inertia`"},
-           Quantity::kArea, kNonNegative, &drag.lateral_area_m2);
-  v.Number({.name = "axial_area", .fallback = "the cone's", .also = "needed with `inertia`"},
-           Quantity::kArea, kNonNegative, &drag.axial_area_m2);
-}
-
-static void Describe(Visitor& v, MagneticField& m) {
-  v.Vector(Required({.name = "field", .meaning = "uniform, world frame", .unit = "T"}),
-           Quantity::kNumber, kAnyValue, &m.field_t);
-  v.Vector({.name = "root_moment", .meaning = "of the root, its frame", .unit = "A m^2"},
-           Quantity::kNumber, kAnyValue, &m.root_moment_a_m2);
-  v.Vector(
-      {.name = "arm_moment", .meaning = "per length of every arm, section frame", .unit = "A m"},
-      Quantity::kNumber, kAnyValue, &m.arm_moment_a_m);
-}
-
 void Describe(Visitor& v, Effects& e) {
   v.Boolean({"weight", "of every body"}, &e.weight);
   v.Boolean({"buoyancy", "of every body"}, &e.buoyancy);
@@ -97,13 +73,7 @@ void Describe(Visitor& v, Effects& e) {
             .meaning = "strip theory on the mantle's profile",
             .also = "a mantle"},
            &e.lateral_drag);
-  v.Effect({"roll_drag", "quadratic, about e3: fins"}, &e.roll_drag);
-  v.Effect({.name = "rigid_drag", .meaning = "quadratic", .also = "a rigid body"}, &e.rigid_drag);
-  MagneticField magnet;
-  if (v.Table(Optional({"magnetic_field", "turns bodies that carry a magnetic moment: m x B"}),
-              [&](Visitor& t) { Describe(t, magnet); })) {
-    e.magnetic_field = magnet;
-  }
+  e.named.ForEach([&](auto& effect) { EffectType<decltype(effect)>::Read(v, &effect); });
   const schema::Key current = {"current",
                                "uniform velocity of the water, world frame: steady, or its "
                                "components in time, continuous"};

@@ -136,4 +136,17 @@ Vector6 SectionViscosity(const Material& material, double radius_m) {
   return material.viscosity_pa_s * u;
 }
 
+std::vector<SectionLoad> SectionLoads(const Arm& arm, const Water& water, const Effects& effects) {
+  std::vector<SectionLoad> loads;
+  AddLoads<SectionLoad, GravityLoad, DragLoad, WaterAccelerationLoad>(&loads, arm, water, effects);
+  effects.named.ForEach([&](const auto& effect) {
+    using Effect = EffectType<decltype(effect)>;
+    if constexpr (requires { typename Effect::SectionLoad; }) {
+      if (!effect) return;
+      if (auto load = Effect::SectionLoad::From(*effect, arm, water)) loads.push_back(*load);
+    }
+  });
+  return loads;
+}
+
 }  // namespace mantle::model

@@ -3,7 +3,7 @@
 #include <variant>
 #include <vector>
 
-#include "model/magnetic_load.h"
+#include "model/robot.h"
 #include "model/water_acceleration.h"
 
 /// @file
@@ -88,7 +88,11 @@ struct DistributedLoad {
 
 inline bool IsInternal(const DistributedLoad& load) { return load.internal; }
 
-using SectionLoad = std::variant<GravityLoad, DragLoad, MagneticSectionLoad, WaterAccelerationLoad>;
+/// Ours, and those of the effects that have one (Effect::SectionLoad).
+using SectionLoad = NamedEffects::SectionLoads<GravityLoad, DragLoad, WaterAccelerationLoad>;
+
+/// Those that the effects make, on an arm.
+std::vector<SectionLoad> SectionLoads(const Arm& arm, const Water& water, const Effects& effects);
 
 /// `field_scale` for loads of a field, 1 for others.
 template <typename Load>
@@ -99,15 +103,13 @@ inline double FieldScale(const SectionLoad& load, double field_scale) {
   return std::visit([&](const auto& l) { return FieldScale(l, field_scale); }, load);
 }
 
-/// Of a list of load types, those that `From(arguments...)` makes, in the order of the types.
-template <typename Variant, std::size_t I = 0, typename... Arguments>
+/// Of the types `Load`, those that `From(arguments...)` makes, in that order.
+template <typename Variant, typename... Load, typename... Arguments>
 void AddLoads(std::vector<Variant>* loads, const Arguments&... arguments) {
-  if constexpr (I < std::variant_size_v<Variant>) {
-    if (auto load = std::variant_alternative_t<I, Variant>::From(arguments...)) {
-      loads->push_back(*load);
-    }
-    AddLoads<Variant, I + 1>(loads, arguments...);
-  }
+  const auto add = [&](const auto& load) {
+    if (load) loads->push_back(*load);
+  };
+  (add(Load::From(arguments...)), ...);
 }
 
 /// Wrench seen in the section frame of a wrench given in `frame`.

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "model/lateral_drag.h"
+
 namespace mantle::model {
 namespace {
 
@@ -256,6 +258,14 @@ std::optional<WallWaterAccelerationLoad> WallWaterAccelerationLoad::From(const M
 std::optional<OutflowLoad> OutflowLoad::From(const Mantle&, const Water&, const Effects& effects) {
   if (!effects.contained_water) return std::nullopt;
   return OutflowLoad{};
+}
+
+std::vector<MantleLoad> MantleLoads(const Mantle& mantle, const Water& water,
+                                    const Effects& effects) {
+  std::vector<MantleLoad> loads;
+  AddLoads<MantleLoad, NormalPressureLoad, JetLoad, AxialDragLoad, LateralDragLoad, WallGravityLoad,
+           OutflowLoad, WallWaterAccelerationLoad>(&loads, mantle, water, effects);
+  return loads;
 }
 
 }  // namespace mantle::model

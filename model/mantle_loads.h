@@ -203,6 +203,10 @@ struct OutflowLoad {
 using MantleLoad = std::variant<NormalPressureLoad, JetLoad, AxialDragLoad, LateralDragLoad,
                                 WallGravityLoad, OutflowLoad, WallWaterAccelerationLoad>;
 
+/// Those that the effects make, on the mantle.
+std::vector<MantleLoad> MantleLoads(const Mantle& mantle, const Water& water,
+                                    const Effects& effects);
+
 /// The load of a kind in a list, or null.
 template <typename Load>
 const Load* FindLoad(const std::vector<MantleLoad>& loads) {

@@ -24,8 +24,9 @@ Robot Conservative(Robot robot) {
   robot.effects.drag = false;
   robot.effects.jet_thrust.reset();
   robot.effects.lateral_drag.reset();
-  robot.effects.roll_drag.reset();
-  robot.effects.rigid_drag.reset();
+  robot.effects.named.ForEach([](auto& effect) {
+    if (EffectType<decltype(effect)>::kOnVelocity) effect.reset();
+  });
   robot.effects.current_m_s.reset();
   robot.effects.unsteady_current.reset();
   return robot;

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +9,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "model/dense_algebra.h"
 #include "model/newton_matrix.h"
 
 namespace mantle::model {
@@ -143,9 +143,7 @@ class ShiftInverse {
 // Modes out of a Krylov space of m vectors; false where the `count` nearest have not converged.
 bool FromSpace(const Eigen::MatrixXd& basis, const Eigen::MatrixXd& h, int m, bool whole,
                double shift, int count, MotionAccuracy accuracy, std::vector<MotionMode>* modes) {
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(h.topLeftCorner(m, m));
-  const Eigen::VectorXcd values = solver.eigenvalues();
-  const Eigen::MatrixXcd vectors = solver.eigenvectors();
+  const auto [values, vectors] = EigenpairsOf(h.topLeftCorner(m, m));
   const double largest = values.cwiseAbs().maxCoeff();
   std::vector<int> order;
   for (int k = 0; k < m; ++k) {

@@ -1,6 +1,6 @@
 #include "model/newton_matrix.h"
 
-#include <Eigen/Eigenvalues>
+#include "model/dense_algebra.h"
 
 namespace mantle::model {
 
@@ -295,8 +295,7 @@ int NewtonMatrix::NegativeEigenvalues() const {
   // inertia formula takes the negative eigenvalues of S off those of the chain.
   const auto lifted = [](const Border& b) {
     if (b.active == 0 || b.schur_inverse.size() == 0) return 0;
-    const Eigen::EigenSolver<Eigen::MatrixXd> solver(b.schur_inverse, false);
-    return static_cast<int>((solver.eigenvalues().real().array() < 0.0).count());
+    return static_cast<int>((EigenvaluesOf(b.schur_inverse).real().array() < 0.0).count());
   };
   int negative = 0;
   for (const ArmPart& part : arms_) {

@@ -129,8 +129,8 @@ Plant::Plant(const Robot& r) : robot(WithActualBodies(r)) {
 }
 
 void Plant::MakeLoads() {
-  AddLoads(&root_loads, robot);
-  if (shell) AddLoads(&mantle_loads, *robot.mantle, robot.water, robot.effects);
+  root_loads = RootLoads(robot);
+  if (shell) mantle_loads = MantleLoads(*robot.mantle, robot.water, robot.effects);
   const auto scale = [&](auto* loads) {
     for (auto& load : *loads) std::visit([&](auto& l) { l.Scale(robot.mismatch); }, load);
   };

@@ -43,15 +43,4 @@ Matrix6 RigidInertia(const RigidBody& body) {
   return m;
 }
 
-RigidDragGeometry DragGeometry(const RigidBody& body, const RigidDrag& drag) {
-  RigidDragGeometry g{drag.lateral_area_m2.value_or(0.0), drag.axial_area_m2.value_or(0.0),
-                      RigidCentre(body).z()};
-  if (const Cone* cone = std::get_if<Cone>(&body.shape)) {
-    g.lateral_area_m2 = drag.lateral_area_m2.value_or(cone->radius_m * cone->height_m);
-    g.axial_area_m2 = drag.axial_area_m2.value_or(kPi * cone->radius_m * cone->radius_m);
-    g.height_m = -2.0 / 3.0 * cone->height_m;
-  }
-  return g;
-}
-
 }  // namespace mantle::model

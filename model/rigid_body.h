@@ -1,6 +1,6 @@
 #pragma once
 
-#include "model/robot.h"
+#include "model/bodies.h"
 
 namespace mantle::model {
 
@@ -12,12 +12,5 @@ double RigidVolume(const RigidBody& body);
 double RigidMass(const RigidBody& body);
 /// Centre of mass, which is also taken as the centre of buoyancy.
 Vector3 RigidCentre(const RigidBody& body);
-
-/// Projected areas seen laterally and along e3, and the height [m] at which the drag acts: for a
-/// cone h L, pi h^2 and the centroid -2/3 L of the lateral projection.
-struct RigidDragGeometry {
-  double lateral_area_m2, axial_area_m2, height_m;
-};
-RigidDragGeometry DragGeometry(const RigidBody& body, const RigidDrag& drag);
 
 }  // namespace mantle::model

@@ -89,16 +89,13 @@ void CheckCoefficients(Visitor& v, const Robot& robot) {
              "named, but no body has an `added_mass_coefficient` > 0");
 }
 
-void CheckRigidBody(Visitor& v, const Robot& robot) {
-  const auto& drag = robot.effects.rigid_drag;
-  if (!drag) return;
-  v.DemandAt(robot.rigid_body.has_value(), "effects.rigid_drag",
-             "named, but the scene has no rigid body for it");
-  if (!robot.rigid_body) return;
-  const bool cone = std::holds_alternative<Cone>(robot.rigid_body->shape);
-  const char* needs = "is missing: must be given [m^2] where the rigid body is not a cone";
-  v.DemandAt(cone || drag->lateral_area_m2, "effects.rigid_drag.lateral_area", needs);
-  v.DemandAt(cone || drag->axial_area_m2, "effects.rigid_drag.axial_area", needs);
+void CheckNamedEffects(Visitor& v, const Robot& robot) {
+  robot.effects.named.ForEach([&](const auto& effect) {
+    using Effect = EffectType<decltype(effect)>;
+    if constexpr (requires { &Effect::Check; }) {
+      if (effect) Effect::Check(v, *effect, robot);
+    }
+  });
 }
 
 template <typename Items>
@@ -123,7 +120,7 @@ void CheckRobot(Visitor& v, const Robot& robot) {
              "the scene has no bodies: needs at least one of [[arms]], [mantle], [rigid_body]");
   CheckMantleEffects(v, robot);
   CheckCoefficients(v, robot);
-  CheckRigidBody(v, robot);
+  CheckNamedEffects(v, robot);
   DemandUniqueNames(v, "arms", robot.arms);
   for (std::size_t i = 0; i < robot.arms.size(); ++i) {
     const Arm& arm = robot.arms[i];

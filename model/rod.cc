@@ -252,7 +252,7 @@ Rod MakeRod(const Arm& arm, const Water& water, const Effects& effects) {
       place.section.density_kg_m3 = place.inertia(5) / (place.weight_m * place.section.area_m2);
     }
   }
-  AddLoads(&rod.loads, arm, water, effects);
+  rod.loads = SectionLoads(arm, water, effects);
   for (const DistributedWrench& d : arm.distributed) {
     rod.distributed.push_back({d.name,
                                DistributedLoad{d.direction, d.base, d.tip, arm.length_m, d.frame,

@@ -27,56 +27,16 @@ struct RigidGravityLoad {
                 double* power_w) const;
 };
 
-/// -c omega3 |omega3| about e3.
-struct RollDragLoad {
-  double coefficient_n_m_s2;
-  int place{-1};  ///< see PowerNames
+/// Ours, and those of the effects that have one (Effect::RootLoad).
+using RootLoad = NamedEffects::RootLoads<RigidGravityLoad, RigidWaterAccelerationLoad>;
 
-  static std::optional<RollDragLoad> From(const Robot& robot);
-  static constexpr bool kField = false;
-  void Scale(const Mismatch& m) { coefficient_n_m_s2 *= m.drag; }
-  void Name(PowerNames* names) { place = names->Place("roll_drag"); }
-  Vector6 Wrench(const SectionMotion& root) const;
-  void AddTangent(const SectionMotion& root, double scale, RootTangent* t) const;
-  void AddPower(const SectionMotion& root, const Vector6& working_twist, double scale,
-                double* power_w) const;
-};
-
-/// Quadratic drag of the rigid body on its projections: -1/2 rho_w C A |v_n| v_n laterally, at the
-/// height of the projection's centroid, and along e3.
-struct RigidDragLoad {
-  double water_density_kg_m3;
-  double lateral_coefficient, axial_coefficient;    ///< C, laterally and along e3
-  double lateral_area_m2, axial_area_m2, height_m;  ///< A, and where the lateral drag acts on e3
-  int place{-1};                                    ///< see PowerNames
-
-  static std::optional<RigidDragLoad> From(const Robot& robot);
-  static constexpr bool kField = false;
-  void Scale(const Mismatch& m) {
-    lateral_coefficient *= m.drag;
-    axial_coefficient *= m.drag;
-  }
-  void Name(PowerNames* names) { place = names->Place("rigid_drag"); }
-  Vector6 Wrench(const SectionMotion& root) const;
-  void AddTangent(const SectionMotion& root, double scale, RootTangent* t) const;
-  void AddPower(const SectionMotion& root, const Vector6& working_twist, double scale,
-                double* power_w) const;
-};
-
-using RootLoad = std::variant<RigidGravityLoad, RollDragLoad, RigidDragLoad, MagneticRootLoad,
-                              RigidWaterAccelerationLoad>;
+/// Those that the robot's effects make, on its root.
+std::vector<RootLoad> RootLoads(const Robot& robot);
 
 /// Adds `sign` times each wrench in turn; loads of a field times `field_scale`.
 void AddRootWrenches(const std::vector<RootLoad>& loads, const SectionMotion& root,
                      double field_scale, double sign, Vector6* sum);
 RootTangent RootLoadTangent(const std::vector<RootLoad>& loads, const SectionMotion& root,
                             double field_scale);
-
-/// A slice of lateral drag at height z on the root's axis, -k |u| u with u the axis' lateral
-/// velocity there, as a wrench about the origin; and the derivatives of that wrench in the twist,
-/// in z and in k. The wrench and each derivative are added to.
-void AddLateralDragSlice(double k, double z_m, const Vector6& root_twist, Vector6* wrench);
-void AddLateralDragSliceTangent(double k, double z_m, const Vector6& root_twist, Matrix6* by_twist,
-                                Vector6* by_z, Vector6* by_k);
 
 }  // namespace mantle::model

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "model/bodies.h"
 #include "model/power_names.h"
-#include "model/robot.h"
 
 /// @file
 /// What loads on a section of an arm, and on the root, read and give.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "model/robot.h"
 #include "model/section.h"
 
 /// What a current that changes in time does to a body besides its drag. In the frame that drifts

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "model/lateral_drag.h"
 #include "reduced/mantle_terms.h"
 
 namespace mantle::reduced {

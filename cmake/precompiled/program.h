@@ -1,5 +1,4 @@
-// Precompiled for the program.
-#include <CLI/CLI.hpp>
+// Precompiled for the program, but for what reads the command line.
 #include <iostream>
 #include <nlohmann/json.hpp>
 

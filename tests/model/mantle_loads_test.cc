@@ -27,11 +27,11 @@ JetLoad PaperJet() {
 
 SectionMotion Moving(const Vector6& twist) { return {Eigen::Quaterniond::Identity(), twist}; }
 
-RigidDragLoad ConeDrag() {
+RigidDrag::RootLoad ConeDrag() {
   Robot robot;
   robot.rigid_body = tests::PaperCone();
-  robot.effects.rigid_drag = RigidDrag{};
-  return RigidDragLoad::From(robot).value();
+  robot.effects.named.Set(RigidDrag{});
+  return RigidDrag::RootLoad::From(*robot.effects.named.Get<RigidDrag>(), robot).value();
 }
 
 // Tangents of a load on the root against differences in its rotation and twist.
@@ -130,7 +130,7 @@ TEST(RigidDragLoad, ActsOnTheConesProjections) {
 TEST(RollDragLoad, IsQuadraticAboutTheAxis) {
   Vector6 twist;
   twist << 1, 2, -3, 4, 5, 6;
-  const Vector6 w = RollDragLoad{1.2e-3}.Wrench(Moving(twist));
+  const Vector6 w = RollDrag::RootLoad{1.2e-3}.Wrench(Moving(twist));
   Vector6 expected = Vector6::Zero();
   expected(2) = 1.2e-3 * 9;
   EXPECT_LT((w - expected).norm(), 1e-16);
@@ -139,7 +139,7 @@ TEST(RollDragLoad, IsQuadraticAboutTheAxis) {
 TEST(RootLoads, TangentsMatchDifferences) {
   ExpectTangentMatchesDifferences(
       RigidGravityLoad{Vector3(1, 2, -9.81), 0.5, 0.2, Vector3(0.1, -0.2, 0.3)}, 3);
-  ExpectTangentMatchesDifferences(RollDragLoad{1.2e-3}, 4);
+  ExpectTangentMatchesDifferences(RollDrag::RootLoad{1.2e-3}, 4);
   ExpectTangentMatchesDifferences(ConeDrag(), 5);
 }
 

@@ -32,8 +32,8 @@ Robot Everything(const Mismatch& mismatch) {
   e.jet_thrust = JetThrust{};
   e.normal_pressure = NormalPressure{ConstantSchedule{5.0}};
   e.lateral_drag = LateralDrag{};
-  e.roll_drag = RollDrag{};
-  e.rigid_drag = RigidDrag{};
+  e.named.Set(RollDrag{});
+  e.named.Set(RigidDrag{});
   robot.mismatch = mismatch;
   return robot;
 }

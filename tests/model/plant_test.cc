@@ -314,8 +314,10 @@ TEST(Plant, EveryEffectChangesTheForces) {
   expect_change("normal_pressure",
                 [](Effects* e) { e->normal_pressure = NormalPressure{ConstantSchedule{10.0}}; });
   expect_change("lateral_drag", [&](Effects* e) { e->lateral_drag = all.lateral_drag; });
-  expect_change("roll_drag", [&](Effects* e) { e->roll_drag = all.roll_drag; });
-  expect_change("rigid_drag", [&](Effects* e) { e->rigid_drag = all.rigid_drag; });
+  all.named.ForEach([&](const auto& effect) {
+    using Effect = EffectType<decltype(effect)>;
+    if (effect) expect_change(Effect::kName, [&](Effects* e) { e->named.Set(*effect); });
+  });
 }
 
 TEST(Plant, PrescribedRootMovesAsItsSchedulesSay) {

@@ -25,7 +25,7 @@ TEST(Vehicle, ConeSinksAtItsTerminalVelocity) {
   robot.name = "cone";
   robot.rigid_body = RigidBody{"cone", Cone{0.015, 0.112, 2500.0}};
   robot.effects.weight = robot.effects.buoyancy = true;
-  robot.effects.rigid_drag = RigidDrag{};
+  robot.effects.named.Set(RigidDrag{});
   const Plant plant(robot);
   Simulation simulation(plant, Settings(Integrator::kSdirk2, 0.01, 6.0));
   ASSERT_TRUE(simulation.AdvanceTo(6.0).ok);

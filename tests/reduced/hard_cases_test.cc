@@ -169,8 +169,8 @@ TEST(ReducedHardCases, ZeroVelocityHasFiniteDragDerivatives) {
   model::Robot dry_robot = Vehicle();
   dry_robot.effects.drag = false;
   dry_robot.effects.lateral_drag.reset();
-  dry_robot.effects.roll_drag.reset();
-  dry_robot.effects.rigid_drag.reset();
+  dry_robot.effects.named.Get<model::RollDrag>().reset();
+  dry_robot.effects.named.Get<model::RigidDrag>().reset();
   const ReducedPlant dry(dry_robot, {});
   const int n = model.velocity_count();
   const model::VectorX zero = model::VectorX::Zero(n);

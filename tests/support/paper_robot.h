@@ -66,8 +66,8 @@ inline model::Effects EveryEffect() {
   e.contained_water = e.lateral_added_mass = true;
   e.jet_thrust = model::JetThrust{};
   e.lateral_drag = model::LateralDrag{};
-  e.roll_drag = model::RollDrag{};
-  e.rigid_drag = model::RigidDrag{};
+  e.named.Set(model::RollDrag{});
+  e.named.Set(model::RigidDrag{});
   return e;
 }
 

@@ -96,6 +96,21 @@ TEST(MantleRun, WritesSummaryAndTrajectory) {
   EXPECT_EQ(std::stod(rows.back()[volume]), summary["volume_m3"]["final"].get<double>());
 }
 
+TEST(MantleRun, SummaryNamesEveryEffectOfTheScene) {
+  const auto folder = FreshFolder("run_effects");
+  const Outcome outcome =
+      Mantle(folder, "run " + Scene("vehicle") +
+                         " --set time.duration=0.02 --out out --set effects.roll_drag=true "
+                         "--set 'effects.magnetic_field={field=[0,0,1e-3],root_moment=[1,0,0]}'");
+  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto summary = ReadJson(folder / "out/summary.json");
+  const auto effects = summary.at("settings").at("effects").get<std::vector<std::string>>();
+  for (const char* name : {"weight", "buoyancy", "roll_drag", "magnetic_field"}) {
+    EXPECT_EQ(std::count(effects.begin(), effects.end(), name), 1) << name;
+  }
+  EXPECT_TRUE(summary.at("work_j").contains("magnetic.root"));
+}
+
 TEST(MantleRun, EveryTitleOfTheTrajectoryHasADocumentedStem) {
   const auto folder = FreshFolder("titles");
   const Outcome outcome =

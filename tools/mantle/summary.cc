@@ -137,8 +137,9 @@ std::vector<std::string> EffectNames(const model::Effects& e) {
   add(e.lateral_drag.has_value(), "lateral_drag");
   add(e.contained_water, "contained_water");
   add(e.lateral_added_mass, "lateral_added_mass");
-  add(e.roll_drag.has_value(), "roll_drag");
-  add(e.rigid_drag.has_value(), "rigid_drag");
+  e.named.ForEach([&](const auto& effect) {
+    add(effect.has_value(), model::EffectType<decltype(effect)>::kName);
+  });
   add(e.current_m_s.has_value() || e.unsteady_current.has_value(), "current");
   return names;
 }

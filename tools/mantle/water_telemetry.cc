@@ -26,7 +26,7 @@ WaterMessages::WaterMessages(const model::Plant& plant, int thinning)
   for (const model::Rod& rod : plant.rods) active_ |= AnyOf<model::DragLoad>(rod.loads);
   active_ |= AnyOf<model::AxialDragLoad>(plant.mantle_loads) ||
              AnyOf<model::LateralDragLoad>(plant.mantle_loads) ||
-             AnyOf<model::RigidDragLoad>(plant.root_loads);
+             AnyOf<model::RigidDrag::RootLoad>(plant.root_loads);
 }
 
 const WaterTelemetry& WaterMessages::Of(const model::PlantState& state) {
@@ -77,7 +77,7 @@ Vector3 WaterMessages::BodyDrag(const model::PlantState& state) const {
   }
   const model::SectionMotion root{state.pose[0].rotation, state.velocity.head<6>()};
   for (const model::RootLoad& load : plant_.root_loads) {
-    const auto* rigid = std::get_if<model::RigidDragLoad>(&load);
+    const auto* rigid = std::get_if<model::RigidDrag::RootLoad>(&load);
     if (rigid != nullptr) force += rigid->Wrench(root).tail<3>();
   }
   return force;

@@ -6,7 +6,7 @@
 /// Drag of the water as messages MANTLE_WATER (docs/telemetry.md), by the plant's own loads:
 ///
 ///   arms: the force of DragLoad::Density per length at each node; mantle and rigid body together:
-///   AxialDragLoad, LateralDragLoad and RigidDragLoad (model/loads.h, mantle_loads.h, root_loads.h)
+///   AxialDragLoad, LateralDragLoad and RigidDrag::RootLoad (model/loads.h, mantle_loads.h, effects/rigid_drag.h)
 
 namespace mantle::tools {
 

@@ -84,7 +84,7 @@ TEST(Scene, ValuesArriveInSi) {
   EXPECT_DOUBLE_EQ(scene.run.step_s, 0.002);
   EXPECT_TRUE(scene.robot.effects.weight);
   EXPECT_FALSE(scene.robot.effects.buoyancy);
-  EXPECT_FALSE(scene.robot.effects.roll_drag.has_value());
+  EXPECT_FALSE(scene.robot.effects.named.Get<model::RollDrag>().has_value());
   EXPECT_TRUE(scene.has_time);
   EXPECT_FALSE(scene.has_statics);
 }

@@ -1,4 +1,4 @@
-#include "model/magnetic_load.h"
+#include "model/effects/magnetic_field.h"
 
 #include <gtest/gtest.h>
 
@@ -21,7 +21,7 @@ constexpr double kRoundOff = 1e-12;    // relative, sums of some tens of terms
 constexpr double kDifferences = 1e-8;  // fourth-order differences with step 1e-3 of the scale
 
 Robot Magnetic(Robot robot, const Vector3& field, const Vector3& root, const Vector3& arm) {
-  robot.effects.magnetic_field = MagneticField{field, root, arm};
+  robot.effects.named.Set(MagneticField{field, root, arm});
   return robot;
 }
 
@@ -35,7 +35,7 @@ TEST(MagneticLoad, TorqueIsMomentTimesFieldWhateverTheFrame) {
   tests::RandomValues random(1);
   for (int i = 0; i < 10; ++i) {
     const SectionMotion motion{random.AnyPose(1).rotation, random.Twist(1, 1)};
-    const MagneticLoad load{random.Cube(), random.Cube()};
+    const MagneticTorque load{random.Cube(), random.Cube()};
     const Vector3 world = motion.rotation * Vector3(load.Torque(motion).head<3>());
     const Vector3 expected = (motion.rotation * load.moment).cross(load.field_t);
     EXPECT_LT((world - expected).norm(), kRoundOff);
@@ -47,7 +47,7 @@ TEST(MagneticLoad, TangentsMatchDifferences) {
   tests::RandomValues random(2);
   for (int i = 0; i < 5; ++i) {
     const SectionMotion motion{random.AnyPose(1).rotation, Vector6::Zero()};
-    const MagneticLoad load{random.Cube(), random.Cube()};
+    const MagneticTorque load{random.Cube(), random.Cube()};
     const auto by_rotation = [&](const Eigen::VectorXd& zeta) -> Eigen::VectorXd {
       return load.Torque({motion.rotation * ExpSO3(zeta), motion.twist}).head<3>();
     };
