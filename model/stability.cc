@@ -62,16 +62,13 @@ std::vector<std::string> LoadsWithoutPotential(const Plant& plant, const PlantIn
     }
   }
   const Effects& effects = plant.robot.effects;
-  bool on_velocity = effects.drag || effects.added_mass;
   effects.named.ForEach([&](const auto& effect) {
     using Effect = EffectType<decltype(effect)>;
-    if (!effect) return;
-    on_velocity |= Effect::kOnVelocity;
-    add(fmt::format("effects.{}", Effect::kName), Effect::kWithoutPotential);
+    if (effect) add(fmt::format("effects.{}", Effect::kName), Effect::kWithoutPotential);
   });
   const bool current = effects.unsteady_current.has_value() ||
                        (effects.current_m_s && !effects.current_m_s->isZero(0.0));
-  if (on_velocity && current) {
+  if (FeelsCurrent(effects) && current) {
     add("effects.current", "turns with the body's attitude");
   }
   return names;

@@ -14,6 +14,14 @@ Vector6 StrainIncrement(const RodElementState& e, const Vector6& zeta1, const Ve
 
 }  // namespace
 
+bool FeelsCurrent(const Effects& effects) {
+  bool feels = effects.drag || effects.added_mass;
+  effects.named.ForEach([&](const auto& effect) {
+    feels |= effect.has_value() && EffectType<decltype(effect)>::kOnVelocity;
+  });
+  return feels;
+}
+
 StaticProblem::StaticProblem(const Plant& plant, double time_s) : plant_(plant), time_s_(time_s) {
   if (plant.root_free()) {
     throw BadRobot(
@@ -27,7 +35,7 @@ StaticProblem::StaticProblem(const Plant& plant, double time_s) : plant_(plant),
   full_.water_acceleration_m_s2.setZero();
   full_.root_twist.setZero();
   full_.root_acceleration.setZero();
-  if (plant.robot.effects.drag || plant.robot.effects.added_mass) current_m_s_ = current;
+  if (FeelsCurrent(plant.robot.effects)) current_m_s_ = current;
   for (const Rod& rod : plant.rods) path_size_ += 6 * rod.element_count();
   path_size_ += 3 * plant.shape_count();
 }

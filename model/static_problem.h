@@ -7,6 +7,10 @@ namespace mantle::model {
 /// What inputs become at a load factor, but for a current.
 void ScaleLoads(const Plant& plant, double factor, PlantInputs* inputs);
 
+/// Whether loads of these effects depend on the velocity through the water: where not, a steady
+/// current changes nothing at rest.
+bool FeelsCurrent(const Effects& effects);
+
 /// A state of rest with the change of d = l xi of every element from its reference, per arm: read
 /// back from poses of size 1 the strains would carry the round-off of those, 1e-16 / l, and EA
 /// times that is 1e-4 N where EA = 1e10 N.
@@ -25,7 +29,8 @@ struct StaticStep {
 ///
 ///   loads, pressures, tensions, gravity, changes of reel length    times lambda
 ///   water current c                                                times sqrt(lambda): drag goes
-///                                                                  with its square
+///                                                                  with its square (a linear one,
+///                                                                  whole at 1 too, with its root)
 ///
 /// A body at rest has the twist (0, -R^T c) in the frame that drifts with the water, which is what
 /// the plant's loads want ([physics.md] 2). The root is held: clamped, or where a prescribed motion

@@ -2,17 +2,15 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "model/energy.h"
 #include "model/simulation.h"
 #include "model/statics.h"
-#include "reduced/build/projection.h"
 #include "tests/support/gradient_checker.h"
 #include "tests/support/paper_robot.h"
 #include "tests/support/random_values.h"
+#include "tests/support/reduced_pair.h"
 
 namespace mantle::model {
 namespace {
@@ -23,12 +21,6 @@ constexpr double kDifferences = 1e-8;  // fourth-order differences with step 1e-
 Robot Magnetic(Robot robot, const Vector3& field, const Vector3& root, const Vector3& arm) {
   robot.effects.named.Set(MagneticField{field, root, arm});
   return robot;
-}
-
-double PowerOf(const EnergyAccount& account, const std::string& name) {
-  const auto at = std::find(account.names().begin(), account.names().end(), name);
-  EXPECT_NE(at, account.names().end()) << name;
-  return at == account.names().end() ? 0 : account.power_w()[at - account.names().begin()];
 }
 
 TEST(MagneticLoad, TorqueIsMomentTimesFieldWhateverTheFrame) {
@@ -117,59 +109,15 @@ Robot Star(double field) {
                   Vector3(0.2, -0.1, 0.4));
 }
 
-struct ReducedPair {
-  reduced::Reduction reduction;
-  reduced::ReducedPlant with, without;
-  reduced::ReducedState state;
-
-  ReducedPair()
-      : reduction(OnPlantNodes()), with(Star(0.01), reduction), without(Star(0), reduction) {
-    state = InitialState(with);
-    tests::RandomValues random(3);
-    for (double& q : state.q) q = 0.3 * random.Uniform();
-    for (double& v : state.v) v = 0.3 * random.Uniform();
-    state.root = random.AnyPose(1);
-  }
-  static reduced::Reduction OnPlantNodes() {
-    reduced::Reduction r;
-    r.arms[0].rule = reduced::SectionRule::kPlantNodes;
-    return r;
-  }
-  // What the field adds to the residual.
-  VectorX Added(const reduced::ReducedState& s) {
-    VectorX out[2];
-    const reduced::ReducedPlant* models[2] = {&without, &with};
-    for (int i = 0; i < 2; ++i) {
-      PlantInputs inputs;
-      EvaluateInputs(*models[i], 0.0, false, &inputs);
-      reduced::ReducedWork work(*models[i]);
-      const VectorX rest = VectorX::Zero(with.velocity_count());
-      EXPECT_FALSE(EvaluateResidual(*models[i], s, rest, inputs, &work));
-      out[i] = work.residual;
-    }
-    return out[1] - out[0];
-  }
-};
-
 TEST(MagneticLoad, ReducedModelFeelsThePowerThatThePlantAccounts) {
-  ReducedPair pair;
-  reduced::Projection projection(pair.with);
-  PlantState full = InitialState(pair.with.plant);
-  projection.Lift(pair.state, &full);
-  PlantInputs inputs;
-  EvaluateInputs(pair.with.plant, 0.0, false, &inputs);
-  PlantWork work(pair.with.plant);
-  ASSERT_FALSE(EvaluateForces(pair.with.plant, full, inputs, &work));
-  EnergyAccount account(pair.with.plant);
-  account.EvaluatePowers(pair.with.plant, full, inputs, work,
-                         VectorX::Zero(pair.with.plant.velocity_size()));
-  const double power = PowerOf(account, "magnetic.arm") + PowerOf(account, "magnetic.root");
+  const tests::ReducedPair pair(Star(0.01), Star(0));
+  const double power = pair.PlantPower({"magnetic.arm", "magnetic.root"});
   EXPECT_NEAR(-pair.Added(pair.state).dot(pair.state.v), power, 1e-10 * std::abs(power));
   EXPECT_GT(std::abs(power), 1e-6);
 }
 
 TEST(MagneticLoad, ReducedStiffnessMatchesDifferences) {
-  ReducedPair pair;
+  const tests::ReducedPair pair(Star(0.01), Star(0));
   const int n = pair.with.velocity_count();
   Eigen::MatrixXd stiffness[2];
   const reduced::ReducedPlant* models[2] = {&pair.without, &pair.with};
