@@ -9,6 +9,7 @@
 #include "model/effects/magnetic_field.h"
 #include "model/effects/rigid_drag.h"
 #include "model/effects/roll_drag.h"
+#include "model/effects/viscous_drag.h"
 
 /// @file
 /// The effects that stand in a file of their own, model/effects/NAME.h: what a scene says of it,
@@ -93,6 +94,6 @@ class EffectList {
 template <typename Visited>
 using EffectType = typename std::remove_cvref_t<Visited>::value_type;
 
-using NamedEffects = EffectList<RollDrag, RigidDrag, MagneticField>;
+using NamedEffects = EffectList<RollDrag, RigidDrag, MagneticField, ViscousDrag>;
 
 }  // namespace mantle::model
