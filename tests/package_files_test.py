@@ -23,7 +23,7 @@ def main():
     for name in ("LICENSE", "CITATION.cff"):
         if not re.search("BSD.3.Clause", read(name)):
             problems.append(f"{name}: must name BSD-3-Clause")
-    listed = re.search(r"packages=\(\n(.*?)\n\)", read("tools/setup"), re.S).group(1)
+    listed = "\n".join(re.findall(r"packages\+?=\(\n(.*?)\n *\)", read("tools/setup"), re.S))
     packages = {word for line in listed.splitlines() for word in line.split("#")[0].split()}
     noticed = set(re.findall(r"^  (\S+) ", read("THIRD_PARTY_NOTICES"), re.M))
     for package in sorted(packages - noticed):
