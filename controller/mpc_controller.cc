@@ -41,7 +41,11 @@ class MpcController : public Controller {
   void Update(double t_s, const ReducedState* estimate, const Eigen::Ref<const VectorX>& tensions,
               std::int64_t deadline_ns) override {
     const double delay = parts_.options.delay_s, at = t_s + delay;
-    if (prepared_s_ != t_s) PrepareAbout(first_ ? estimate : nullptr, t_s, tensions);
+    double prepared_here_s = 0;
+    if (prepared_s_ != t_s) {
+      PrepareAbout(first_ ? estimate : nullptr, t_s, tensions);
+      prepared_here_s = mpc_.status().prepare_s;
+    }
     prepared_s_ = kNever_s;
     // Where the state will be when the plan begins to act.
     start_ = expected_;
@@ -58,9 +62,13 @@ class MpcController : public Controller {
     }
     if (estimate != nullptr) mpc_.RecordPosition(t_s, estimate->root.position);
     if (IsFinite(start_) && (!mpc_.prepared() || parting_.Apart(expected_, start_))) {
+      prepared_here_s -= mpc_.status().prepare_s;
       mpc_.Restart(start_, planned_from_);
+      prepared_here_s += mpc_.status().prepare_s;
     }
-    mpc_.Solve(start_, deadline_ns);
+    // The deadline is the solver's: else one that is slow to prepare would never have a first plan.
+    const auto later_ns = static_cast<std::int64_t>(1e9 * prepared_here_s);
+    mpc_.Solve(start_, deadline_ns == 0 ? 0 : deadline_ns + later_ns);
     if (mpc_.status().outcome <= Outcome::kStoppedBetter) first_ = false;
     const bool safe = mpc_.status().outcome == Outcome::kSafe;
     if (!safe || !issued_.gives_up) {  // a decay goes on from where it began

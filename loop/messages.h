@@ -36,6 +36,8 @@ struct Measurement {
 /// From the plant side to the control side, once per SYNC, before it.
 struct Sensors {
   double time_s{0};  ///< of the SYNC, from t = 0
+  /// The vehicle is held at its start until the control side is ready, and the time stands.
+  bool held{false};
   /// Whether a measurement of the state arrives now. The first message always has one.
   bool has_state{false};
   reduced::ReducedState

@@ -13,7 +13,8 @@ template <typename T>
 class SpscRing {
  public:
   /// `capacity` values wait at most, 1 or more. `example` sizes the places.
-  explicit SpscRing(std::size_t capacity, const T& example = T{}) : places_(capacity + 1, example) {}
+  explicit SpscRing(std::size_t capacity, const T& example = T{})
+      : places_(capacity + 1, example) {}
 
   /// From the one thread. False, and nothing changes, where the queue is full.
   bool Push(const T& value) {
