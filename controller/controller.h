@@ -36,6 +36,9 @@ class Controller {
   virtual void Command(double t_s, const ReducedState* estimate, Eigen::Ref<VectorX> tensions) = 0;
   /// Null where the controller makes no plans.
   virtual const Mpc* mpc() const { return nullptr; }
+  /// Start, Update, Prepare, SetDisturbance, SetLimits and mpc() may go on in a thread of their own
+  /// beside Command: in real time they then do (loop/control_side/planner.h).
+  virtual bool plans_apart() const { return false; }
 };
 
 /// What a controller is made of; all must outlive it.

@@ -10,8 +10,8 @@
 #include "loop/control_side/control_side.h"
 #include "loop/lock_step.h"
 #include "loop/loop_account.h"
-#include "loop/pacer.h"
 #include "loop/plant_side/plant_vehicle.h"
+#include "loop/real_time_run.h"
 #include "loop/scene/scene.h"
 #include "loop/sensor_channel.h"
 #include "loop/wire.h"
@@ -34,9 +34,16 @@ struct ClosedLoopOptions {
   firmware_sim::CandumpWriter* record{nullptr};  ///< as Wire takes it
 };
 
+/// The full plant at an instant, for telemetry; valid during the call that hands it out.
+struct PlantView {
+  const model::Sample& sample;
+  const model::PlantState& state;
+  const model::EnergyAccount& energy;
+};
+
 /// What happens at a SYNC, for telemetry; references are valid during the call. All places and
 /// velocities are the earth's. At the end of a run
-/// there is no command any more: the last ones stand.
+/// there is no command any more: the last ones stand. In real time all of it are copies.
 struct LoopStep {
   double time_s;                       ///< of the SYNC, from t = 0
   bool planned;                        ///< the controller made a new plan at this instant
@@ -46,11 +53,20 @@ struct LoopStep {
   std::span<const MotorCommand> torques;  ///< one per motor
   const model::VectorX& tension_n;        ///< actual tensions, that the drums pull with
   const controller::Disturbance& disturbance;
-  const PlantSide* plant;  ///< null where the vehicle is of a user's own
-  const MotorMaster& motors;
-  const controller::Mpc* mpc;  ///< null for baselines
-  double cost;                 ///< integral of the stage cost so far
-  double error;                ///< LoopResult::error_name
+  const PlantSide* plant;  ///< what of it stays; null where the vehicle is of a user's own
+  std::span<const firmware_sim::DriveReport> reports;  ///< one per motor
+  std::span<const double> reeled_m;                    ///< MotorMaster::ReportedReel_m
+  // Null for baselines; in real time also at a SYNC whose plan is none.
+  const controller::Plan* plan;
+  const controller::MpcStatus* solver;
+  const controller::MpcCounters* solver_counters;
+  const model::VectorX& variance;     ///< diagonal of Estimator::covariance; empty without
+  const FastLoopCounters* fast_loop;  ///< so far; null in lock-step
+  double cost;                        ///< integral of the stage cost so far
+  double error;                       ///< LoopResult::error_name
+  /// The plant as of now; in real time at output instants alone (scene::Scene::run), else null, and
+  /// null where the vehicle is of a user's own.
+  const std::function<std::optional<PlantView>()>& look;
 };
 
 /// The closed loop of a scene with a table [control], both sides in one process:
@@ -63,7 +79,8 @@ struct LoopStep {
 /// (or, on the left, a vehicle of a user's own: vehicle_side.h)
 ///
 /// stepped by SYNC periods. In lock-step the solver's budget is its iterations, time is simulated,
-/// and the same scene gives the same bits; in real time the solver also has a deadline.
+/// and the same scene gives the same bits; in real time either side and the planner have threads of
+/// their own, and the wall clock (real_time_run.h).
 class ClosedLoop {
  public:
   /// Throws BadScene where the scene has no [control] or [time]; as the two sides and ReducedModel
@@ -88,23 +105,39 @@ class ClosedLoop {
   Status Advance(LoopResult* result);
   /// The message of now, from instruments to control.
   void PassSensors();
-  LoopStep StepNow(bool planned, double error, const LoopResult& result) const;
+  LoopStep StepNow(bool planned, double error, const LoopResult& result);
+  LoopResult RunInLockStep(const std::function<bool(const LoopStep&)>& observer);
+  LoopResult RunInRealTime(const std::function<bool(const LoopStep&)>& observer);
+  bool OnRealTimeStep(const RealTimeRun::Step& step, LoopResult* result,
+                      const std::function<bool(const LoopStep&)>& observer);
+  void AddCableWork(std::span<const double> work_j, LoopResult* result);
+  void TakeReports();
   void Conclude(LoopResult* result);
   std::string Ending(const LoopResult& result) const;
 
   scene::Scene scene_;
+  bool real_time_;
   model::Plant plant_;
   reduced::ReducedPlant model_;
   Wire wire_;
+  std::optional<GatedBus> gate_;  ///< in real time
   std::unique_ptr<VehicleSide> vehicle_;
   PlantVehicle* plant_vehicle_;  ///< the same, or null where it is of a user's own
   SensorChannel channel_;
   ControlSide control_side_;
-  Pacer pacer_;
   LockStep lock_step_;
   LoopAccount account_;
   Sensors measured_, received_;
-  std::vector<double> work_before_j_;
+  std::vector<double> work_before_j_, work_j_;
+  // Of a step.
+  std::vector<firmware_sim::DriveReport> reports_;
+  std::vector<double> reeled_m_;
+  model::VectorX variance_;
+  std::optional<model::Sample> sample_;
+  std::function<std::optional<PlantView>()> look_;
+  // Of the newest plan in real time.
+  controller::MpcStatus solver_;
+  controller::MpcCounters solver_counters_;
 };
 
 }  // namespace mantle::loop

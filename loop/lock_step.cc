@@ -13,8 +13,8 @@ constexpr std::int64_t kStopLimit_us = 8'000'000;
 
 }  // namespace
 
-LockStep::LockStep(DrivenVehicle& vehicle, MotorMaster& motors, Wire& wire, Pacer* pacer)
-    : vehicle_(vehicle), motors_(motors), wire_(wire), pacer_(pacer) {}
+LockStep::LockStep(DrivenVehicle& vehicle, MotorMaster& motors, StepBus& wire)
+    : vehicle_(vehicle), motors_(motors), wire_(wire) {}
 
 void LockStep::Exchange() {
   vehicle_.Pump(now_us_);
@@ -59,16 +59,12 @@ Status LockStep::BringUp() {
 }
 
 Status LockStep::Cycle() {
-  if (pacer_ != nullptr) pacer_->WaitForTurn();
   motors_.Sync(now_us_);
   Exchange();
   return AdvancePeriod(true);
 }
 
-Status LockStep::CycleWithoutControl() {
-  if (pacer_ != nullptr) pacer_->WaitForTurn();
-  return AdvancePeriod(false);
-}
+Status LockStep::CycleWithoutControl() { return AdvancePeriod(false); }
 
 Status LockStep::AdvancePeriod(bool with_control) {
   const std::int64_t start_us = now_us_;

@@ -3,7 +3,6 @@
 #include <cstdint>
 
 #include "loop/control_side/motor_master.h"
-#include "loop/pacer.h"
 #include "loop/vehicle_side.h"
 #include "loop/wire.h"
 
@@ -18,12 +17,12 @@ namespace mantle::loop {
 ///
 /// In a cycle the torques go out in RPDOs, SYNC makes the drives apply them and sample what their
 /// TPDOs say, drives and plant advance by one period, the TPDOs are read. So what the motors report
-/// is of the beginning of the last cycle, as on a real bus. With a Pacer cycle k begins at
-/// t0 + k period of the wall clock, and is the same otherwise. Nothing allocates in a cycle.
+/// is of the beginning of the last cycle, as on a real bus. Nothing allocates in a cycle. The
+/// vehicle may be in another program (StepBus).
 class LockStep {
  public:
-  /// All must outlive it; the drives are as many as the motors. `pacer` may be null.
-  LockStep(DrivenVehicle& vehicle, MotorMaster& motors, Wire& wire, Pacer* pacer = nullptr);
+  /// All must outlive it; the drives are as many as the motors.
+  LockStep(DrivenVehicle& vehicle, MotorMaster& motors, StepBus& wire);
 
   /// The reason of a failure names the drive.
   Status BringUp();
@@ -48,8 +47,7 @@ class LockStep {
 
   DrivenVehicle& vehicle_;
   MotorMaster& motors_;
-  Wire& wire_;
-  Pacer* pacer_;
+  StepBus& wire_;
   std::int64_t now_us_{0}, origin_us_{0};
 };
 

@@ -11,6 +11,7 @@
 #include "controller/position_history.h"
 #include "controller/stage_cost.h"
 #include "loop/metered_bus.h"
+#include "loop/real_time_run.h"
 #include "model/simulation.h"
 
 namespace mantle::loop {
@@ -57,13 +58,14 @@ struct LoopResult {
   long iterations{0};                      ///< of the solver, over all plans
   controller::EstimatorCounters estimator;
   std::optional<CurrentResult> current;  ///< where it was estimated, and the vehicle is the plant
-  long late_cycles{0};                   ///< in real time, by more than a tenth of the period
-  double worst_lateness_s{0};            ///< alike
-  BusTraffic traffic;                    ///< from t = 0 on
-  double bus_load{0};                    ///< share of 1 Mbit/s, worst case of stuffing
-  double bus_load_peak{0};               ///< of the fullest SYNC period, alike
-  unsigned long long late_pdos{0};       ///< TPDO1 that had not come by the next SYNC
-  model::RunResult plant;                ///< by itself: works, balance, indices, last sample
+  std::optional<RealTimeFigures> real_time;  ///< none in lock-step
+  long late_cycles{0};                       ///< in real time, by more than a tenth of the period
+  double worst_lateness_s{0};                ///< alike
+  BusTraffic traffic;                        ///< from t = 0 on
+  double bus_load{0};                        ///< share of 1 Mbit/s, worst case of stuffing
+  double bus_load_peak{0};                   ///< of the fullest SYNC period, alike
+  unsigned long long late_pdos{0};           ///< TPDO1 that had not come by the next SYNC
+  model::RunResult plant;                    ///< by itself: works, balance, indices, last sample
 };
 
 /// Fills the figures that follow from states and tensions.

@@ -1,5 +1,7 @@
 #include "loop/metered_bus.h"
 
+#include <algorithm>
+
 #include "firmware_sim/bus/bus_load.h"
 
 namespace mantle::loop {
@@ -7,12 +9,26 @@ namespace mantle::loop {
 using firmware_sim::BusStatus;
 using firmware_sim::CanFrame;
 
+namespace {
+
+constexpr std::uint32_t kSync = 0x080;  // identifier
+
+}  // namespace
+
 BusStatus MeteredBus::Send(std::span<const CanFrame> frames) {
   const std::uint64_t before = bus_.counters().sent;
   const BusStatus status = bus_.Send(frames);
   // Frames are taken in order: what was not sent is the rest.
-  Count(frames.first(static_cast<std::size_t>(bus_.counters().sent - before)));
+  const auto taken = frames.first(static_cast<std::size_t>(bus_.counters().sent - before));
+  Count(taken);
+  if (!taken.empty() && taken.back().id == kSync && !taken.back().extended) MarkSync();
   return status;
+}
+
+void MeteredBus::MarkSync() {
+  if (synced_) peak_ = std::max(peak_, traffic_.worst_bits - at_sync_);
+  at_sync_ = traffic_.worst_bits;
+  synced_ = true;
 }
 
 std::size_t MeteredBus::Receive(std::span<CanFrame> frames) {

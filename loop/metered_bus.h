@@ -28,12 +28,22 @@ class MeteredBus final : public firmware_sim::Bus {
   firmware_sim::BusCounters counters() const override { return bus_.counters(); }
 
   const BusTraffic& traffic() const { return traffic_; }
+  /// The most worst_bits between two SYNCs that this station sent.
+  std::uint64_t peak_worst_bits() const { return peak_; }
+  /// Forgets the peak so far.
+  void RestartPeak() {
+    peak_ = 0;
+    synced_ = false;
+  }
 
  private:
+  void MarkSync();
   void Count(std::span<const firmware_sim::CanFrame> frames);
 
   firmware_sim::Bus& bus_;
   BusTraffic traffic_;
+  std::uint64_t at_sync_{0}, peak_{0};  ///< of worst_bits
+  bool synced_{false};
 };
 
 }  // namespace mantle::loop

@@ -1,8 +1,9 @@
 #pragma once
 
+#include <atomic>
 #include <cstddef>
-#include <vector>
 
+#include "firmware_sim/bus/spsc_ring.h"
 #include "loop/messages.h"
 
 /// @file
@@ -26,23 +27,24 @@ class SensorSource {
   virtual bool Receive(Sensors* message) = 0;
 };
 
-/// Both ends in one thread: a queue of fixed depth. A message that finds it full is refused and
-/// counted. Allocates only until every place has held a message of the vehicle's size.
+/// Both ends in one process, in one thread or two: a queue of fixed depth. A message that finds it
+/// full is refused and counted; neither end waits for the other. Allocates only until every place
+/// has held a message of the vehicle's size.
 class SensorChannel final : public SensorSink, public SensorSource {
  public:
   /// `depth` messages wait at most, 1 or more.
-  explicit SensorChannel(std::size_t depth = 4) : places_(depth) {}
+  explicit SensorChannel(std::size_t depth = 4) : messages_(depth) {}
 
   bool Send(const Sensors& message) override;
   bool Receive(Sensors* message) override;
 
-  std::size_t waiting() const { return waiting_; }         ///< messages
-  unsigned long long refused() const { return refused_; }  ///< messages
+  std::size_t waiting() const { return messages_.size(); }  ///< messages
+  /// Messages.
+  unsigned long long refused() const { return refused_.load(std::memory_order_relaxed); }
 
  private:
-  std::vector<Sensors> places_;
-  std::size_t first_{0}, waiting_{0};
-  unsigned long long refused_{0};
+  firmware_sim::SpscRing<Sensors> messages_;
+  std::atomic<unsigned long long> refused_{0};
 };
 
 }  // namespace mantle::loop

@@ -29,6 +29,12 @@ class FrameRing {
   /// Precondition: not empty.
   const CanFrame& Front() const { return frames_[head_]; }
 
+  /// The `i`-th that waits, 0 the oldest. Precondition: i < size().
+  const CanFrame& At(std::size_t i) const {
+    const std::size_t at = head_ + i;
+    return frames_[at < frames_.size() ? at : at - frames_.size()];
+  }
+
   /// Precondition: not empty.
   CanFrame Pop() {
     const CanFrame frame = frames_[head_];

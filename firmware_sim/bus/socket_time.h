@@ -38,4 +38,12 @@ inline void SleepFor(std::int64_t duration_us) {
   }
 }
 
+/// Blocks until CLOCK_MONOTONIC shows `time_us`; signals do not shorten it. At once where it is
+/// past.
+inline void SleepUntil(std::int64_t time_us) {
+  const timespec until = ToTimespec(time_us);
+  while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &until, nullptr) == EINTR) {
+  }
+}
+
 }  // namespace mantle::firmware_sim

@@ -22,8 +22,9 @@ std::string DescribeProblem(const DriveReport& report) {
     case DriveProblem::kNoAnswer:
       return fmt::format("no answer to SDO {} while {}", object, step);
     case DriveProblem::kWrongDevice:
-      return fmt::format("device type 0x{:08X} is no servo drive (0x{:08X}) while {}",
-                         report.identity.device_type, kDeviceType, step);
+      return fmt::format(
+          "object {} is 0x{:X}, must be 0x{:X}: not a drive of this vehicle, while {}", object,
+          report.problem_value, report.expected_value, step);
     case DriveProblem::kRefused:
       return fmt::format("SDO {} refused, 0x{:08X} {}, while {}", object, report.problem_abort_code,
                          Name(static_cast<SdoAbort>(report.problem_abort_code)), step);

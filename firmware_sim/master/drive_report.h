@@ -33,7 +33,7 @@ enum class DriveStep : std::uint8_t {
 enum class DriveProblem : std::uint8_t {
   kNone,
   kNoAnswer,       ///< no reply to an SDO
-  kWrongDevice,    ///< object 1000 is no servo drive of CiA 402
+  kWrongDevice,    ///< problem_object does not hold what the master expects of its drives
   kRefused,        ///< SDO abort
   kStepTimeout,    ///< the drive did not reach what the step waits for
   kFault,          ///< the drive reports a fault
@@ -73,8 +73,10 @@ struct DriveReport {
   DriveStep step{DriveStep::kIdentify};
   DriveProblem problem{DriveProblem::kNone};
   DriveStep problem_step{DriveStep::kIdentify};
-  SdoObject problem_object{};           ///< of kNoAnswer and kRefused
+  SdoObject problem_object{};           ///< of kNoAnswer, kRefused and kWrongDevice
   std::uint32_t problem_abort_code{0};  ///< of kRefused
+  std::uint32_t problem_value{0};       ///< of kWrongDevice: what the object holds
+  std::uint32_t expected_value{0};      ///< alike: what it must hold
   DriveIdentity identity{};
 
   bool heard{false};  ///< any heartbeat or boot-up since the master began

@@ -124,13 +124,21 @@ void DriveSupervisor::AdvanceIdentify(std::int64_t now_us, FrameBatch& out) {
   DriveIdentity& identity = report_.identity;
   std::uint32_t* const fields[] = {&identity.device_type, &identity.vendor, &identity.product,
                                    &identity.revision, &identity.serial};
-  *fields[sub_step_] = sdo_.value();
-  if (sub_step_ == 0 && sdo_.value() != kDeviceType) {
+  const std::size_t known = kIdentityObjects.size();
+  const std::uint32_t value = sdo_.value();
+  if (sub_step_ < known) *fields[sub_step_] = value;
+  std::uint32_t expected = value;
+  if (sub_step_ == 0) expected = kDeviceType;
+  if (sub_step_ >= known) expected = options_.expected[sub_step_ - known].value;
+  if (value != expected) {
+    report_.problem_value = value;
+    report_.expected_value = expected;
     Fail(DriveProblem::kWrongDevice, DriveStep::kFailed, now_us);
     return;
   }
-  if (++sub_step_ < kIdentityObjects.size()) {
-    sdo_.Upload(kIdentityObjects[sub_step_]);
+  if (++sub_step_ < known + options_.expected.size()) {
+    sdo_.Upload(sub_step_ < known ? kIdentityObjects[sub_step_]
+                                  : options_.expected[sub_step_ - known].object);
     sdo_.Advance(now_us, out);
     return;
   }

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "firmware_sim/canopen/frame_batch.h"
 #include "firmware_sim/canopen/sdo_client.h"
@@ -10,9 +11,18 @@
 
 namespace mantle::firmware_sim {
 
-/// How patient the master is with a drive.
+/// What an object of a drive has to hold before the master enables it.
+struct ExpectedObject {
+  SdoObject object{};
+  std::uint32_t value{0};
+};
+
+/// How patient the master is with a drive, and what it takes for one of its own.
 struct SupervisorOptions {
   DriveSettings settings{};
+  /// Read after 1000 and 1018 (each as one more SDO): a drive that holds another value is refused
+  /// (DriveProblem::kWrongDevice).
+  std::vector<ExpectedObject> expected{};
   std::int64_t sdo_timeout_us{50'000};
   int sdo_attempts{5};
   std::int64_t step_timeout_us{2'000'000};  ///< start, clear fault, enable, each stop step

@@ -56,7 +56,13 @@ void BringUp::Enter(Phase phase, std::int64_t now_us) {
   begin_us_ = now_us;
 }
 
-Status BringUp::Turn(std::int64_t now_us) {
+void BringUp::Restart() {
+  phase_ = Phase::kBoot;
+  found_ = false;
+  searches_.assign(searches_.size(), {});
+}
+
+Status BringUp::Turn(std::int64_t now_us, std::span<const CableReading> cables) {
   if (phase_ == Phase::kBoot) {
     master_.Enable(now_us);
     Enter(Phase::kEnabling, now_us);
@@ -76,7 +82,7 @@ Status BringUp::Turn(std::int64_t now_us) {
       if (!master_.enabled()) break;
       master_.SetMode(OperationMode::kCyclicVelocity);
       Enter(Phase::kHauling, now_us);
-      Haul(now_us);
+      Haul(now_us, cables);
       break;
     case Phase::kHauling:
       if (spent_us > kSlackLimit_us) {
@@ -84,10 +90,10 @@ Status BringUp::Turn(std::int64_t now_us) {
                                    kSlackLimit_us / 1'000'000, Describe(master_))};
       }
       if (!found_) {
-        Haul(now_us);
+        Haul(now_us, cables);
         break;
       }
-      GoToPretension();
+      GoToPretension(cables);
       Enter(Phase::kSettling, now_us);
       break;
     case Phase::kSettling:
@@ -102,7 +108,7 @@ Status BringUp::Turn(std::int64_t now_us) {
   return {};
 }
 
-void BringUp::Haul(std::int64_t now_us) {
+void BringUp::Haul(std::int64_t now_us, std::span<const CableReading> cables) {
   found_ = true;
   for (std::size_t i = 0; i < searches_.size(); ++i) {
     Search& search = searches_[i];
@@ -115,8 +121,11 @@ void BringUp::Haul(std::int64_t now_us) {
     const bool pulls = now_us - begin_us_ > kStart_us && tension_n > kContact_n;
     if (search.reports < kReports) {
       search.reports = pulls ? search.reports + 1 : 0;
+      // e = length + reeled (loop/plant_side/reel.h) is what the cable is stretched by.
+      const double stretch_m = tension_n / drives_.cable_stiffness_n_m;
+      const double length_m = cables.empty() ? 0.0 : cables[i].length_m;
       search.sum_counts = pulls ? search.sum_counts + report.position_counts + 0.5 -
-                                      Counts(tension_n / drives_.cable_stiffness_n_m)
+                                      Counts(stretch_m) + Counts(length_m)
                                 : 0.0;
     }
     const bool found = search.reports == kReports;
@@ -127,12 +136,13 @@ void BringUp::Haul(std::int64_t now_us) {
   }
 }
 
-void BringUp::GoToPretension() {
+void BringUp::GoToPretension(std::span<const CableReading> cables) {
   master_.SetMode(OperationMode::kCyclicPosition);
   const double stretch_m = drives_.pretension_n / drives_.cable_stiffness_n_m;
   for (std::size_t i = 0; i < searches_.size(); ++i) {
     zero_counts_[i] = searches_[i].sum_counts / kReports;
-    const double target = zero_counts_[i] + Counts(stretch_m) - 0.5;
+    const double length_m = cables.empty() ? 0.0 : cables[i].length_m;
+    const double target = zero_counts_[i] + Counts(stretch_m) - Counts(length_m) - 0.5;
     master_.SetTarget(i, {.position_counts = static_cast<std::int32_t>(std::lround(target))});
   }
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "controller/winch_map.h"
@@ -25,8 +26,12 @@ class BringUp {
           const DriveOptions& drives);
 
   /// Before every SYNC, at its time: looks at what the last one brought and sets the targets of the
-  /// next. The reason of a failure names the drive.
-  Status Turn(std::int64_t now_us);
+  /// next. `cables`, one per motor, where the vehicle is not at its start, where all lengths are
+  /// zero: the slack's end is then told as it would be there. Empty: it is. The reason of a failure
+  /// names the drive.
+  Status Turn(std::int64_t now_us, std::span<const CableReading> cables = {});
+  /// From the beginning, wherever the drives are.
+  void Restart();
   bool done() const { return phase_ == Phase::kDone; }
   /// Reported position where the slack of motor i ended; 0 until it was found.
   double zero_counts(int i) const { return zero_counts_[static_cast<std::size_t>(i)]; }
@@ -42,8 +47,8 @@ class BringUp {
   Status CheckDrives() const;
   double Counts(double metres) const { return metres / winch_.metres_per_count; }
   void Enter(Phase phase, std::int64_t now_us);
-  void Haul(std::int64_t now_us);
-  void GoToPretension();
+  void Haul(std::int64_t now_us, std::span<const CableReading> cables);
+  void GoToPretension(std::span<const CableReading> cables);
   void HoldPretension();
 
   firmware_sim::Master& master_;

@@ -1,5 +1,6 @@
 #include "loop/control_side/control_side.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 
@@ -64,24 +65,52 @@ ControlSide::ControlSide(const ControlSetup& setup, firmware_sim::Bus& bus)
                                        drives_.cable_damping_n_s_m});
   }
   every_ = std::lround(control_.period_s / drives_.period_s);
+  delay_cycles_ =
+      std::max(1L, static_cast<long>(std::ceil(control_.delay_s / drives_.period_s - 1e-6)));
+  if (real_time_ && controller_->plans_apart()) {
+    planner_.emplace(*controller_, control_.deadline_s, InitialState(setup.model), control_.motors);
+  }
+}
+
+long ControlSide::CycleAt(double t_s) const { return std::lround(t_s / drives_.period_s); }
+
+void ControlSide::Begin(const Sensors& message) {
+  estimator_->Start(message.state);
+  cycle_ = planned_cycle_ = answered_ = CycleAt(message.time_s);
+  late_cycle_ = -1;
+  if (planner_) {
+    planner_->PostStart(estimator_->state());
+    planner_->PostUpdate(cycle_, message.time_s, estimator_->state(), command_);
+  } else {
+    controller_->Start(estimator_->state());
+  }
+  stage_ = Stage::kBegun;
+}
+
+bool ControlSide::begun() const {
+  return stage_ != Stage::kNone && (!planner_ || planner_->answered() == cycle_);
 }
 
 void ControlSide::Turn(const Sensors& message) {
   const double t = message.time_s;
   const reduced::ReducedState* measured = message.has_state ? &message.state : nullptr;
-  if (!started_) {
-    estimator_->Start(message.state);
-    controller_->Start(estimator_->state());
-    started_ = true;
+  if (stage_ == Stage::kNone) Begin(message);
+  const bool first = stage_ == Stage::kBegun && (!real_time_ || CycleAt(t) <= cycle_);
+  stage_ = Stage::kRunning;
+  if (first) {
+    planned_ = true;
+    if (!planner_) Plan(t);
   } else {
-    ++cycle_;
+    // In real time a period may have been missed.
+    cycle_ = real_time_ ? std::max(cycle_ + 1, CycleAt(t)) : cycle_ + 1;
     Examine();
     // From the one to the other since the last SYNC, but for what the drives say was not pulled.
     held_ = 0.5 * (before_ + command_) + health_.missing_n();
     estimator_->Update(t, held_, measured);
+    planned_ = cycle_ / every_ != planned_cycle_ / every_;
+    if (planned_) Plan(t);
   }
-  planned_ = cycle_ % every_ == 0;
-  if (planned_) Plan(t);
+  if (planner_) WatchPlanner();
   Command(t);
   SetTorques(message);
 }
@@ -94,10 +123,20 @@ void ControlSide::Examine() {
   }
   health_.Update(evidence_);
   health_.UpdateBias(estimator_->disturbance().bias_n, controller::StateFilter::kMostBias);
-  if (health_.changed()) controller_->SetLimits(health_.limits());
+  if (!health_.changed()) return;
+  if (planner_) {
+    planner_->SetLimits(health_.limits());
+  } else {
+    controller_->SetLimits(health_.limits());
+  }
 }
 
 void ControlSide::Plan(double t_s) {
+  planned_cycle_ = cycle_;
+  if (planner_) {
+    planner_->PostUpdate(cycle_, t_s, estimator_->state(), command_);
+    return;
+  }
   const std::int64_t deadline =
       real_time_ ? Now_ns() + static_cast<std::int64_t>(1e9 * control_.deadline_s) : 0;
   controller_->Update(t_s, &estimator_->state(), command_, deadline);
@@ -108,12 +147,37 @@ void ControlSide::Plan(double t_s) {
   }
 }
 
+// Whether the plan that should act by now is there, and whether any has come of late.
+void ControlSide::WatchPlanner() {
+  const long answered = planner_->answered();
+  if (answered > answered_) answered_ = answered;
+  const bool due = cycle_ >= planned_cycle_ + delay_cycles_;
+  if (due && answered_ < planned_cycle_ && late_cycle_ != planned_cycle_) {
+    late_cycle_ = planned_cycle_;
+    ++counters_.late_plans;
+  }
+  stuck_ =
+      static_cast<double>(cycle_ - answered_) * drives_.period_s > control_.period_s + kStuck_s;
+  if (stuck_) ++counters_.stuck_cycles;
+}
+
+void ControlSide::StopPlanner() {
+  if (!planner_) return;
+  planner_->Stop();
+  const PlannerCounters& planner = planner_->counters();
+  counters_.prepare_s = planner.prepare_s;
+  counters_.solve_s = planner.solve_s;
+  counters_.iterations = planner.iterations;
+  counters_.overtaken_plans = planner.overtaken + planner.refused;
+}
+
 // Tensions for the end of the period that begins at t.
 void ControlSide::Command(double t_s) {
   before_ = command_;
   controller_->Command(t_s + drives_.period_s, &estimator_->state(), command_);
   for (Eigen::Index i = 0; i < command_.size(); ++i) {
     if (!std::isfinite(command_(i))) command_(i) = before_(i);
+    if (stuck_) command_(i) = control_.motors[static_cast<std::size_t>(i)].min_tension_n;
   }
   unlimited_ = command_;
   controller::LimitTensions(health_.limits(), before_, drives_.period_s, command_);
@@ -140,8 +204,13 @@ void ControlSide::SetTorques(const Sensors& message) {
 
 void ControlSide::PrepareNext() {
   if ((cycle_ + 1) % every_ != 0) return;
+  const double next_s = static_cast<double>(cycle_ + 1) * drives_.period_s;
+  if (planner_) {
+    planner_->PostPrepare(next_s, command_, estimator_->disturbance());
+    return;
+  }
   controller_->SetDisturbance(estimator_->disturbance());
-  controller_->Prepare(static_cast<double>(cycle_ + 1) * drives_.period_s, command_);
+  controller_->Prepare(next_s, command_);
 }
 
 }  // namespace mantle::loop

@@ -35,7 +35,11 @@ class MotorMaster {
   /// Reads what has come, sends what is due.
   void Poll(std::int64_t now_us) { master_.Poll(now_us); }
   /// See bring_up.h. The reason of a failure names the drive.
-  Status BringUp(std::int64_t now_us) { return bring_up_.Turn(now_us); }
+  Status BringUp(std::int64_t now_us, std::span<const CableReading> cables = {}) {
+    return bring_up_.Turn(now_us, cables);
+  }
+  /// Bring-up begins anew, wherever the drives are.
+  void Restart() { bring_up_.Restart(); }
   bool ready() const { return bring_up_.done(); }
   /// One entry per motor.
   void SetTorques(std::span<const MotorCommand> commands);

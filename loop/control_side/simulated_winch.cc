@@ -2,6 +2,7 @@
 
 #include <numbers>
 
+#include "firmware_sim/canopen/canopen.h"
 #include "firmware_sim/canopen/motor_data.h"
 
 namespace mantle::loop {
@@ -20,6 +21,24 @@ controller::WinchMap SimulatedWinch() {
                      kWinch.drum_inertia_kgm2 / (kWinch.gear_ratio * kWinch.gear_ratio);
   map.permille_nm = 1e-3 * 1e-3 * firmware_sim::kRatedTorque_mnm;
   return map;
+}
+
+std::vector<firmware_sim::ExpectedObject> ExpectedOfWinch() {
+  namespace object = firmware_sim::object;
+  constexpr firmware_sim::WinchData kWinch;
+  constexpr std::uint32_t kVendor = 0, kProduct = 0x402;  // as the electronic data sheet says
+  constexpr std::uint32_t kModes = 0x380;                 // 8, 9, 10
+  return {{{object::kIdentity, 1}, kVendor},
+          {{object::kIdentity, 2}, kProduct},
+          {{object::kSupportedModes, 0}, kModes},
+          {{object::kRatedCurrent, 0}, firmware_sim::kRatedCurrent_ma},
+          {{object::kRatedTorque, 0}, firmware_sim::kRatedTorque_mnm},
+          {{object::kEncoderResolution, 1}, kWinch.counts_per_turn},
+          {{object::kEncoderResolution, 2}, 1},
+          {{object::kGearRatio, 1}, static_cast<std::uint32_t>(kWinch.gear_ratio)},
+          {{object::kGearRatio, 2}, 1},
+          {{object::kFeedConstant, 1}, static_cast<std::uint32_t>(kWinch.feed_um_per_turn)},
+          {{object::kFeedConstant, 2}, 1}};
 }
 
 }  // namespace mantle::loop

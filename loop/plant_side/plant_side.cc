@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "firmware_sim/canopen/motor_data.h"
@@ -100,7 +101,7 @@ PlantSide::PlantSide(const model::Plant& plant, const model::RunSettings& run,
 }
 
 void PlantSide::Release(std::int64_t now_us) {
-  origin_us_ = now_us;
+  origin_us_ = now_us - std::llround(kSecond_us * simulation_.time_s());
   for (std::size_t i = 0; i < reels_.size(); ++i) {
     const firmware_sim::WinchOutput out = winch(static_cast<int>(i));
     Reel& reel = reels_[i];
@@ -134,6 +135,37 @@ Status PlantSide::Advance(std::int64_t now_us) {
   ReadPlant();
   AccountCoupling(end_s - begin_s);
   return {};
+}
+
+std::string PlantSide::Checkpoint() const {
+  std::string text = fmt::format("reels {}", reels_.size());
+  for (const Reel& reel : reels_) text += fmt::format(" {}", reel.end.reeled_m);
+  return text + "\n" + simulation_.Checkpoint();
+}
+
+void PlantSide::Restore(const std::string& checkpoint) {
+  const auto refuse = [] {
+    throw model::BadRobot("checkpoint: does not begin with the reels of this vehicle");
+  };
+  std::istringstream in(checkpoint.substr(0, checkpoint.find('\n')));
+  std::string word;
+  std::size_t count = 0;
+  if (!(in >> word >> count) || word != "reels" || count != reels_.size()) refuse();
+  for (std::size_t i = 0; i < count; ++i) {
+    double reeled_m = 0;
+    if (!(in >> reeled_m) || !std::isfinite(reeled_m)) refuse();
+    reels_[i].begin = reels_[i].end = {reeled_m, 0.0};
+    slack_m_[i] = -reeled_m;
+  }
+  simulation_.Restore(checkpoint.substr(checkpoint.find('\n') + 1));
+  ReadPlant();
+  // While it is held the cables' far ends stand where they are.
+  for (std::size_t i = 0; i < count; ++i) {
+    firmware_sim::CableLoad load = LoadOnDrum(reels_[i], simulation_.EndWork(), slack_m_[i]);
+    const double longer_m = length_m_[i] - reels_[i].rest_length_m;
+    load = {0.0, load.stiffness_n_m, slack_m_[i] - longer_m, load.damping_n_s_m};
+    rack_[static_cast<int>(i)].SetCable(load);
+  }
 }
 
 void PlantSide::ReadPlant() {

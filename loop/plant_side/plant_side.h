@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 #include "firmware_sim/bus/bus.h"
@@ -55,6 +56,13 @@ class PlantSide final : public DrivenVehicle {
   void Release(std::int64_t now_us) override;
   /// One coupling step, to `now_us`. Fails where the plant cannot be stepped.
   Status Advance(std::int64_t now_us) override;
+
+  /// Text from which a plant of the same scene goes on: its own checkpoint, and where each drum
+  /// stands. The drives' electronics begin anew, as after a loss of power; their brakes held.
+  std::string Checkpoint() const;
+  /// Before the first call of Hold. Throws BadRobot where the checkpoint is of another robot or
+  /// damaged.
+  void Restore(const std::string& checkpoint);
 
   std::int64_t period_us() const { return period_us_; }
   int coupling_steps() const override { return coupling_steps_; }

@@ -48,10 +48,12 @@ def program(mantle):
     return f"""#!/usr/bin/env bash
 given=" $* "
 case "$1" in
-  run | compare | tune | study) [[ $given == *time.duration=* || $given == *--help* ]] || set -- "$@" --set time.duration=0.2 ;;
+  run | compare | tune | study | hil) [[ $given == *time.duration=* || $given == *--help* ]] || set -- "$@" --set time.duration=0.2 ;;
 esac
 case "$1 ${{2-}}" in
   tune*) set -- "$@" --evaluations 3 ;;
+  "control "*) [[ $given == *time.duration=* || $given == *--help* ]] || set -- "$@" --set time.duration=2 ;;
+  "plant "*) [[ $given == *--duration* ]] || set -- "$@" --duration 60 ;;
   drives* | "bus monitor") [[ $given == *--duration* || $given == *--eds* ]] || set -- "$@" --duration 0.3 ;;
 esac
 exec {mantle} "$@"
@@ -135,7 +137,7 @@ def main():
             for line, command in commands(block):
                 skip = next((pattern for pattern, _ in SKIPPED if re.search(pattern, command)), None)
                 used.add(skip)
-                if skip or ("udp:" in command and not multicast) or (no_page and re.search(r"mantle report|--report", command)):
+                if skip or (re.search(r"udp:|mantle (hil|plant|control)|follow.py", command) and not multicast) or (no_page and re.search(r"mantle report|--report", command)):
                     skipped += 1
                     continue
                 script.append((line, command))

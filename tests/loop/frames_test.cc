@@ -80,9 +80,9 @@ TEST_P(OneFrame, TruthSampleErrorAndPlanAreTheEarths) {
     if (scene.sensors.perfect() && step.time_s < scene.run.duration_s - 1e-9) {
       EXPECT_LT((step.estimate.root.position - s.root.position).norm(), kRoundOff);
     }
-    if (step.planned && step.mpc != nullptr) {
+    if (step.planned && step.plan != nullptr) {
       // From here to where the plan begins it goes on at about the speed it has.
-      const controller::Plan& plan = step.mpc->plan();
+      const controller::Plan& plan = *step.plan;
       const double ahead = plan.start_s() - step.time_s;
       const model::Vector3 expected =
           s.root.position + ahead * (s.root.rotation * s.root_twist.tail<3>());

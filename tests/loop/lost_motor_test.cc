@@ -119,8 +119,8 @@ TEST(LostMotor, ADriveInFaultGetsNothingPlansCountWithoutItAndTheRunSaysSo) {
     if (step.time_s > kFault_s + 0.1) {
       asked_n = std::max(asked_n, step.command_n(kMotor));
       if (step.planned) {
-        planned_n = std::max(planned_n, step.mpc->plan().tensions.row(kMotor).maxCoeff());
-        others_n = std::max(others_n, step.mpc->plan().tensions.maxCoeff());
+        planned_n = std::max(planned_n, step.plan->tensions.row(kMotor).maxCoeff());
+        others_n = std::max(others_n, step.plan->tensions.maxCoeff());
       }
     }
     return true;

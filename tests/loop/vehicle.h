@@ -6,7 +6,6 @@
 
 #include "loop/control_side/motor_master.h"
 #include "loop/lock_step.h"
-#include "loop/pacer.h"
 #include "loop/plant_side/plant_side.h"
 #include "loop/wire.h"
 
@@ -18,7 +17,6 @@ namespace mantle::loop {
 struct VehicleOptions {
   int coupling_steps{0};
   double initial_slack_m{0.01};
-  bool real_time{false};
   std::int64_t bus_timeout_us{2'000'000};
   firmware_sim::CandumpWriter* record{nullptr};
   firmware_sim::SupervisorOptions supervisor{};
@@ -34,8 +32,7 @@ class Vehicle {
                {options.coupling_steps, options.initial_slack_m}),
         motors_(wire_.control_station(), static_cast<int>(motors.size()), drives,
                 options.supervisor),
-        pacer_(plant_.period_us()),
-        lock_step_(plant_, motors_, wire_, options.real_time ? &pacer_ : nullptr) {}
+        lock_step_(plant_, motors_, wire_) {}
 
   Status BringUp() { return lock_step_.BringUp(); }
   Status Cycle(std::span<const MotorCommand> commands) {
@@ -61,13 +58,11 @@ class Vehicle {
   double length_rate_m_s(int i) const { return plant_.length_rate_m_s(i); }
   CouplingWork coupling_work(int i) const { return plant_.coupling_work(i); }
   const controller::WinchMap& winch_map() const { return motors_.winch_map(); }
-  const Pacer& pacer() const { return pacer_; }
 
  private:
   Wire wire_;
   PlantSide plant_;
   MotorMaster motors_;
-  Pacer pacer_;
   LockStep lock_step_;
 };
 

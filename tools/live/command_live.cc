@@ -67,6 +67,9 @@ class Forward final : public TelemetrySink {
   void Write(const ControlTelemetry& m) override { Pass(m); }
   void Write(const WaterTelemetry& m) override { Pass(m); }
   void Write(const SessionTelemetry& m) override { Pass(m); }
+  void Write(const SensorsTelemetry& m) override { recorder_->Write(m); }
+  void Write(const CommandTelemetry& m) override { recorder_->Write(m); }
+  void Write(const CycleTelemetry& m) override { recorder_->Write(m); }
 
  private:
   template <typename Message>

@@ -33,6 +33,9 @@ class Recorder final : public TelemetrySink {
   void Write(const ControlTelemetry& m) override { Keep(m); }
   void Write(const WaterTelemetry& m) override { Keep(m); }
   void Write(const SessionTelemetry& m) override { Keep(m); }
+  void Write(const SensorsTelemetry& m) override { Keep(m); }
+  void Write(const CommandTelemetry& m) override { Keep(m); }
+  void Write(const CycleTelemetry& m) override { Keep(m); }
 
   /// Begins or ends a recording. From any thread, as what follows.
   void Toggle();

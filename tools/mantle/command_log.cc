@@ -65,6 +65,11 @@ class CsvPrinter final : public TelemetrySink {
   void Write(const ControlTelemetry& m) override { Print(m); }
   void Write(const WaterTelemetry& m) override { Print(m); }
   void Write(const SessionTelemetry& m) override { Print(m); }
+  void Write(const SensorsTelemetry& m) override { Print(m); }
+  void Write(const CommandTelemetry& m) override { Print(m); }
+  void Write(const CycleTelemetry& m) override { Print(m); }
+  void Write(const StepTelemetry& m) override { Print(m); }
+  void Write(const SteppedTelemetry& m) override { Print(m); }
 
  private:
   template <typename T>

@@ -34,6 +34,11 @@ void AddExportCommand(CLI::App& app, int& exit_status);
 void AddLiveCommand(CLI::App& app, int& exit_status);
 /// `mantle drives`: N winch drives alone on a bus, in real time.
 void AddDrivesCommand(CLI::App& app, int& exit_status);
+/// `mantle plant`, `mantle control`: the two sides of a loop as programs, in real time;
+/// `mantle hil`: both of them, and a recorder.
+void AddPlantCommand(CLI::App& app, int& exit_status);
+void AddControlCommand(CLI::App& app, int& exit_status);
+void AddHilCommand(CLI::App& app, int& exit_status);
 /// `mantle tune`: the best parameters of the baseline controllers.
 void AddTuneCommand(CLI::App& app, int& exit_status);
 

@@ -64,6 +64,9 @@ class ControlJob {
     const loop::LoopResult result =
         loop_->Run([this](const loop::LoopStep& step) { return OnStep(step); });
     progress_->Finish();
+    if (result.real_time && !result.real_time->refused.empty()) {
+      Complain("warning: {}", result.real_time->refused);
+    }
     return Conclude(result, locked);
   }
 
@@ -207,7 +210,7 @@ class ControlJob {
       next_sample_s_ = (std::floor(step.time_s / interval + kSameTime_s) + 1.0) * interval;
       OnSample(step, at_end);
     }
-    if (step.planned && step.mpc != nullptr) OnPlan(step);
+    if (step.planned && step.plan != nullptr) OnPlan(step);
     if (announcer_ && step.time_s >= next_session_s_) Announce(step.time_s);
     CheckRecord();
     return !Interrupted();
@@ -220,25 +223,27 @@ class ControlJob {
   }
 
   void OnSample(const loop::LoopStep& step, bool at_end) {
-    const model::Sample sample = loop_->plant_side().Observe();
+    const std::optional<loop::PlantView> plant = step.look();
+    if (!plant) return;
+    const model::Sample& sample = plant->sample;
     trajectory_->Write(Row(sample, step));
     if (loop_->plant().shell) volume_.Add(sample.volume_m3);
     lcm_->Write(StateMessage(loop_->plant(), sample));
     lcm_->Write(ReducedStateMessage(step.truth));
-    lcm_->Write(DrivesMessage(scene_.reduction.actuators, step));
-    lcm_->Write(EnergyMessage(sample, step.plant->simulation().energy()));
-    lcm_->Write(StatusMessage(controller_, step, iterations_));
-    lcm_->Write(ControlMessage(scene_.reduction.actuators, step, loop_->reference(),
-                               loop_->control_side().covariance()));
+    lcm_->Write(DrivesMessage(scene_.reduction.actuators,
+                              loop_->control_side().motors().winch_map(), step));
+    lcm_->Write(EnergyMessage(sample, plant->energy));
+    lcm_->Write(StatusMessage(controller_, step, iterations_, scene_.drives.period_s));
+    lcm_->Write(ControlMessage(scene_.reduction.actuators, step, loop_->reference()));
     if (shapes_ && (at_end || samples_ % shape_every_ == 0)) {
-      lcm_->Write(shapes_->Of(step.plant->state(), sample.cable_tension_n));
-      if (waters_->active()) lcm_->Write(waters_->Of(step.plant->state()));
+      lcm_->Write(shapes_->Of(plant->state, sample.cable_tension_n));
+      if (waters_->active()) lcm_->Write(waters_->Of(plant->state));
     }
     ++samples_;
   }
 
   void OnPlan(const loop::LoopStep& step) {
-    const controller::MpcStatus& s = step.mpc->status();
+    const controller::MpcStatus& s = *step.solver;
     iterations_ += s.iterations;
     lcm_->Write(PlanMessage(loop_->reduced(), step, options_.real_time));
     if (!solver_) return;

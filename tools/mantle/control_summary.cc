@@ -7,6 +7,7 @@
 #include <iterator>
 #include <stdexcept>
 
+#include "tools/mantle/timing_summary.h"
 #include "tools/mantle/trajectory.h"
 
 namespace mantle::tools {
@@ -178,11 +179,22 @@ Json ControlSummary(const ControlReport& report) {
     }
   }
   j["drives"] = DrivesJson(*report.scene, *report.loop);
-  j["real_time"] = report.real_time ? Json{{"late_cycles", r.late_cycles},
-                                           {"worst_lateness_ms", 1e3 * r.worst_lateness_s},
-                                           {"cycles", r.cycles},
-                                           {"memory_locked", report.memory_locked}}
-                                    : Json();
+  j["real_time"] = nullptr;
+  if (r.real_time) {
+    const loop::RealTimeFigures& f = *r.real_time;
+    Json& t = j["real_time"];
+    t = FastLoopJson(f.control);
+    t["cycles"] = r.cycles;
+    t["worst_lateness_ms"] = 1e3 * r.worst_lateness_s;
+    t["memory_locked"] = report.memory_locked;
+    t["scheduled_fifo"] = f.refused.empty();
+    t["achieved_rate"] = f.rate_hz;
+    t["late_plans"] = f.late_plans;
+    t["overtaken_plans"] = f.overtaken_plans;
+    t["stuck_cycles"] = f.stuck_cycles;
+    t["plant"] = PlantRunnerJson(f.plant);
+    t["bare_timer"] = HistogramJson(f.timer);
+  }
   return j;
 }
 

@@ -4,6 +4,8 @@
 
 #include <iterator>
 
+#include "tools/mantle/timing_summary.h"
+
 namespace mantle::tools {
 namespace {
 
@@ -153,8 +155,16 @@ std::string ControlTable(const Json& summary) {
                          bus["tpdos_late"].get<long>()));
   if (const Json& r = c["real_time"]; !r.is_null()) {
     row("real time",
-        fmt::format("{} of {} cycles late, by {:.1f} ms at worst", r["late_cycles"].get<long>(),
-                    r["cycles"].get<long>(), Number(r["worst_lateness_ms"])));
+        fmt::format("{} of {} SYNCs late by more than a tenth of the period, {} left out, {} "
+                    "without a sensor message in time",
+                    r["late_cycles"].get<long>(), r["cycles"].get<long>(),
+                    r["missed_cycles"].get<long>(), r["predicted_cycles"].get<long>()));
+    row("", fmt::format("{} plans late, {} measurements overtaken; plant: {} of {} periods late",
+                        r["late_plans"].get<long>(), r["overtaken_plans"].get<long>(),
+                        r["plant"]["late_periods"].get<long>(), r["plant"]["periods"].get<long>()));
+    row("", HistogramLine("SYNC lateness", r["sync_lateness"]));
+    row("", HistogramLine("bare timer", r["bare_timer"]));
+    row("", HistogramLine("command", r["command"]));
   }
   for (const Json& motor : c["motors_lost"]) {
     row("", fmt::format("motor {}: LOST, gets no tension", motor.get<std::string>()));

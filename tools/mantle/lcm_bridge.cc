@@ -11,15 +11,20 @@
 #include <cstdio>
 #include <exception>
 #include <initializer_list>
+#include <mantle/command_t.hpp>
 #include <mantle/control_t.hpp>
+#include <mantle/cycle_t.hpp>
 #include <mantle/drives_t.hpp>
 #include <mantle/energy_t.hpp>
 #include <mantle/plan_t.hpp>
 #include <mantle/reduced_state_t.hpp>
+#include <mantle/sensors_t.hpp>
 #include <mantle/session_t.hpp>
 #include <mantle/shape_t.hpp>
 #include <mantle/state_t.hpp>
 #include <mantle/status_t.hpp>
+#include <mantle/step_t.hpp>
+#include <mantle/stepped_t.hpp>
 #include <mantle/water_t.hpp>
 #include <optional>
 #include <stdexcept>
@@ -100,7 +105,10 @@ void SetLengths(const EnergyTelemetry& m, energy_t* wire) {
   wire->num_works = Length("MANTLE_ENERGY works", {m.work_name.size(), m.work.size()});
 }
 
-void SetLengths(const StatusTelemetry&, status_t*) {}
+void SetLengths(const StatusTelemetry& m, status_t* wire) {
+  wire->num_bins = Length("MANTLE_STATUS bins",
+                          {m.bin_begin.size(), m.sync_lateness.size(), m.command_time.size()});
+}
 
 // A node more than spans for each arm, and for the mantle.
 std::int32_t Spans(const char* lists, std::size_t nodes, std::size_t bodies,
@@ -149,6 +157,23 @@ void SetLengths(const SessionTelemetry& m, session_t* wire) {
   wire->num_waypoints = Length("MANTLE_SESSION waypoints", {m.waypoint.size()});
 }
 
+void SetLengths(const SensorsTelemetry& m, sensors_t* wire) {
+  wire->num_q = Length("MANTLE_SENSORS q", {m.q.size()});
+  wire->num_v = Length("MANTLE_SENSORS v", {m.v.size()});
+  wire->num_cables = Length("MANTLE_SENSORS cables", {m.cable_length.size(), m.cable_rate.size()});
+  wire->num_measurements = Length(
+      "MANTLE_SENSORS measurements",
+      {m.instrument.size(), m.measured_time.size(), m.measured_size.size(), m.measured.size()});
+}
+
+void SetLengths(const CommandTelemetry& m, command_t* wire) {
+  wire->num_motors = Length("MANTLE_COMMAND motors", {m.tension.size()});
+}
+
+void SetLengths(const CycleTelemetry&, cycle_t*) {}
+void SetLengths(const StepTelemetry&, step_t*) {}
+void SetLengths(const SteppedTelemetry&, stepped_t*) {}
+
 template <typename Plain, typename Wire>
 bool Decode(std::span<const std::uint8_t> bytes, TelemetrySink& to, const char** why) {
   const auto refuse = [&](const char* reason) {
@@ -187,6 +212,11 @@ constexpr ChannelDecoder kDecoders[] = {
     {ControlTelemetry::kChannel, Decode<ControlTelemetry, control_t>},
     {WaterTelemetry::kChannel, Decode<WaterTelemetry, water_t>},
     {SessionTelemetry::kChannel, Decode<SessionTelemetry, session_t>},
+    {SensorsTelemetry::kChannel, Decode<SensorsTelemetry, sensors_t>},
+    {CommandTelemetry::kChannel, Decode<CommandTelemetry, command_t>},
+    {CycleTelemetry::kChannel, Decode<CycleTelemetry, cycle_t>},
+    {StepTelemetry::kChannel, Decode<StepTelemetry, step_t>},
+    {SteppedTelemetry::kChannel, Decode<SteppedTelemetry, stepped_t>},
 };
 
 struct Closer {
@@ -258,6 +288,11 @@ class Link final : public LcmLink {
   void Write(const ControlTelemetry& m) override { Send(m, &control_); }
   void Write(const WaterTelemetry& m) override { Send(m, &water_); }
   void Write(const SessionTelemetry& m) override { Send(m, &session_); }
+  void Write(const SensorsTelemetry& m) override { Send(m, &sensors_); }
+  void Write(const CommandTelemetry& m) override { Send(m, &command_); }
+  void Write(const CycleTelemetry& m) override { Send(m, &cycle_); }
+  void Write(const StepTelemetry& m) override { Send(m, &step_); }
+  void Write(const SteppedTelemetry& m) override { Send(m, &stepped_); }
 
   int Receive(int timeout_ms, TelemetrySink& to) override {
     assert(receiving_);
@@ -301,6 +336,10 @@ class Link final : public LcmLink {
     bool open = lcm_ != nullptr;
     for (const ChannelDecoder& d : kDecoders) {
       if (!open || !options.receive) break;
+      const auto& wanted = options.channels;
+      if (!wanted.empty() && std::find(wanted.begin(), wanted.end(), d.channel) == wanted.end()) {
+        continue;
+      }
       lcm_subscription_t* heard = lcm_subscribe(lcm_.get(), d.channel, OnMessage, this);
       open = heard != nullptr &&
              lcm_subscription_set_queue_capacity(heard, options.queued_messages) == 0;
@@ -379,6 +418,11 @@ class Link final : public LcmLink {
   control_t control_;
   water_t water_;
   session_t session_;
+  sensors_t sensors_;
+  command_t command_;
+  cycle_t cycle_;
+  step_t step_;
+  stepped_t stepped_;
   std::optional<OutputFile> log_;
   LcmPointer lcm_;
 };

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "tools/mantle/telemetry.h"
 
@@ -38,6 +39,8 @@ struct LcmOptions {
   std::string url{};
   /// Hears the channels of the URL, from the opening on; this link's own messages too.
   bool receive{false};
+  /// Of the channels, these alone; all where it is empty.
+  std::vector<std::string> channels{};
   /// So many messages of each channel wait until they are received; further ones are lost. As many
   /// as a burst of a replay at full speed has.
   int queued_messages{10'000};

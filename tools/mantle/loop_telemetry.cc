@@ -58,15 +58,16 @@ ReducedStateTelemetry ReducedStateMessage(const reduced::ReducedState& state) {
   return m;
 }
 
-PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopStep& step,
-                          bool real_time) {
-  const controller::Plan& plan = step.mpc->plan();
-  const controller::MpcStatus& status = step.mpc->status();
+namespace {
+
+PlanTelemetry PlanAt(const reduced::ReducedModel& model, double time_s,
+                     const controller::Plan& plan, const controller::MpcStatus& status,
+                     bool real_time) {
   PlanTelemetry m;
-  m.utime = TelemetryTime(step.time_s);
+  m.utime = TelemetryTime(time_s);
   for (std::size_t k = 0; k < plan.time_s.size(); ++k) {
     const reduced::ReducedState& state = plan.states[k];
-    m.time.push_back(plan.time_s[k] - step.time_s);
+    m.time.push_back(plan.time_s[k] - time_s);
     m.tension.push_back(ToList(plan.tensions.col(static_cast<Eigen::Index>(k))));
     m.root_position.push_back(ToTriple(state.root.position));
     std::vector<Triple>& tips = m.tip_position.emplace_back();
@@ -82,27 +83,42 @@ PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopSt
   return m;
 }
 
+}  // namespace
+
+PlanTelemetry PlanMessage(const reduced::ReducedModel& model, const loop::LoopStep& step,
+                          bool real_time) {
+  return PlanAt(model, step.time_s, *step.plan, *step.solver, real_time);
+}
+
+PlanTelemetry PlanMessageOf(const reduced::ReducedModel& model, const loop::PlanReport& report) {
+  return PlanAt(model, report.time_s, report.plan, report.status, true);
+}
+
+void AddDrive(const std::string& motor, const firmware_sim::DriveReport& r,
+              std::int16_t target_permille, const controller::WinchMap& winch, double gain_square,
+              double reeled_length_m, DrivesTelemetry* m) {
+  m->motor_name.push_back(motor);
+  m->node.push_back(r.node);
+  m->statusword.push_back(r.statusword);
+  m->torque_permille.push_back(r.torque_permille);
+  m->position_counts.push_back(r.position_counts);
+  m->velocity_counts_s.push_back(r.velocity_counts_s);
+  m->current_permille.push_back(r.current_permille);
+  m->temperature_celsius.push_back(r.temperature_celsius);
+  m->target_torque_permille.push_back(target_permille);
+  const double sigma = r.velocity_counts_s > 0 ? 1.0 : r.velocity_counts_s < 0 ? -1.0 : 0.0;
+  m->tension_estimate.push_back(TorqueToTension(winch, r.torque_permille, sigma) / gain_square);
+  m->reeled_length.push_back(reeled_length_m);
+}
+
 DrivesTelemetry DrivesMessage(const std::vector<reduced::Actuator>& motors,
-                              const loop::LoopStep& step) {
+                              const controller::WinchMap& winch, const loop::LoopStep& step) {
   DrivesTelemetry m;
   m.utime = TelemetryTime(step.time_s);
   for (std::size_t k = 0; k < motors.size(); ++k) {
-    const int i = static_cast<int>(k);
-    const firmware_sim::DriveReport& r = step.motors.report(i);
-    const loop::Reel& reel = step.plant->reel(i);
-    m.motor_name.push_back(motors[k].name);
-    m.node.push_back(r.node);
-    m.statusword.push_back(r.statusword);
-    m.torque_permille.push_back(r.torque_permille);
-    m.position_counts.push_back(r.position_counts);
-    m.velocity_counts_s.push_back(r.velocity_counts_s);
-    m.current_permille.push_back(r.current_permille);
-    m.temperature_celsius.push_back(r.temperature_celsius);
-    m.target_torque_permille.push_back(step.torques[k].torque_permille);
-    const double sigma = r.velocity_counts_s > 0 ? 1.0 : r.velocity_counts_s < 0 ? -1.0 : 0.0;
-    m.tension_estimate.push_back(
-        TorqueToTension(step.motors.winch_map(), r.torque_permille, sigma) / reel.gain_square);
-    m.reeled_length.push_back(reel.rest_length_m - step.motors.ReportedReel_m(i));
+    const loop::Reel& reel = step.plant->reel(static_cast<int>(k));
+    AddDrive(motors[k].name, step.reports[k], step.torques[k].torque_permille, winch,
+             reel.gain_square, reel.rest_length_m - step.reeled_m[k], &m);
   }
   return m;
 }
@@ -126,15 +142,30 @@ EnergyTelemetry EnergyMessage(const model::Sample& s, const model::EnergyAccount
   return m;
 }
 
+void AddTiming(const loop::FastLoopCounters& c, double period_s, StatusTelemetry* m) {
+  m->cycles = c.cycles;
+  m->late_cycles = c.late_cycles;
+  m->missed_cycles = c.missed_cycles;
+  m->late_plans = c.late_plans;
+  const double due = static_cast<double>(c.cycles + c.missed_cycles);
+  if (due > 0) m->rate = static_cast<double>(c.cycles) / (due * period_s);
+  for (std::size_t i = 0; i < loop::DurationHistogram::kBins; ++i) {
+    m->bin_begin.push_back(1e-6 * loop::DurationHistogram::BinBegin_us(i));
+    m->sync_lateness.push_back(static_cast<std::int64_t>(c.lateness.bins()[i]));
+    m->command_time.push_back(static_cast<std::int64_t>(c.command.bins()[i]));
+  }
+}
+
 StatusTelemetry StatusMessage(const std::string& controller, const loop::LoopStep& step,
-                              long iterations) {
+                              long iterations, double period_s) {
   StatusTelemetry m;
   m.utime = TelemetryTime(step.time_s);
   m.control_mode = controller;
   m.text = fmt::format("error {:.4g}, cost {:.4g}", step.error, step.cost);
-  if (step.mpc == nullptr) return m;
-  const controller::MpcStatus& status = step.mpc->status();
-  const controller::MpcCounters& counters = step.mpc->counters();
+  if (step.fast_loop != nullptr) AddTiming(*step.fast_loop, period_s, &m);
+  if (step.solver == nullptr) return m;
+  const controller::MpcStatus& status = *step.solver;
+  const controller::MpcCounters& counters = *step.solver_counters;
   m.solver_status = ToString(status.solver);
   m.solves = static_cast<std::int64_t>(counters.solves);
   m.iterations = iterations;
@@ -147,8 +178,8 @@ StatusTelemetry StatusMessage(const std::string& controller, const loop::LoopSte
 }
 
 ControlTelemetry ControlMessage(const std::vector<reduced::Actuator>& motors,
-                                const loop::LoopStep& step, const controller::Reference& reference,
-                                const Eigen::MatrixXd* covariance) {
+                                const loop::LoopStep& step,
+                                const controller::Reference& reference) {
   ControlTelemetry m;
   m.utime = TelemetryTime(step.time_s);
   for (const reduced::Actuator& motor : motors) m.motor_name.push_back(motor.name);
@@ -165,8 +196,8 @@ ControlTelemetry ControlMessage(const std::vector<reduced::Actuator>& motors,
   model::VectorX error(states);
   StateDifference(step.estimate, step.truth, error);
   m.estimate_error = ToList(error);
-  if (covariance != nullptr) {
-    m.deviation = ToList(covariance->diagonal().head(states).cwiseMax(0.0).cwiseSqrt());
+  if (step.variance.size() > 0) {
+    m.deviation = ToList(step.variance.head(states).cwiseMax(0.0).cwiseSqrt());
   }
   return m;
 }
@@ -195,6 +226,60 @@ SessionTelemetry SessionMessage(const scene::Scene& scene, const model::Plant& p
   m.process = getpid();
   m.results = results;
   return m;
+}
+
+SensorsTelemetry SensorsMessage(const loop::Sensors& s) {
+  SensorsTelemetry m;
+  m.utime = TelemetryTime(s.time_s);
+  m.time = s.time_s;
+  m.held = s.held ? 1 : 0;
+  m.has_state = s.has_state ? 1 : 0;
+  m.state_time = s.state.time_s;
+  m.root_position = ToTriple(s.state.root.position);
+  m.root_quaternion = ToQuaternion(s.state.root.rotation);
+  m.q = ToList(s.state.q);
+  m.v = ToList(s.state.v);
+  for (const loop::CableReading& cable : s.cables) {
+    m.cable_length.push_back(cable.length_m);
+    m.cable_rate.push_back(cable.rate_m_s);
+  }
+  for (const loop::Measurement& one : s.measurements) {
+    m.instrument.push_back(one.instrument);
+    m.measured_time.push_back(one.time_s);
+    m.measured_size.push_back(one.size);
+    m.measured.push_back(one.value);
+  }
+  return m;
+}
+
+bool SensorsOf(const SensorsTelemetry& m, const reduced::ReducedModel& model, loop::Sensors* s) {
+  const auto coordinates = static_cast<std::size_t>(model.coordinate_count());
+  const auto velocities = static_cast<std::size_t>(model.velocity_count());
+  if (m.cable_length.size() != static_cast<std::size_t>(model.input_count())) return false;
+  if (m.has_state != 0 && (m.q.size() != coordinates || m.v.size() != velocities)) return false;
+  if (!std::isfinite(m.time)) return false;
+  s->time_s = m.time;
+  s->held = m.held != 0;
+  s->has_state = m.has_state != 0;
+  if (s->has_state) {
+    s->state.time_s = m.state_time;
+    s->state.root.position = {m.root_position[0], m.root_position[1], m.root_position[2]};
+    s->state.root.rotation = Eigen::Quaterniond(m.root_quaternion[0], m.root_quaternion[1],
+                                                m.root_quaternion[2], m.root_quaternion[3]);
+    s->state.q = Eigen::Map<const model::VectorX>(m.q.data(), std::ssize(m.q));
+    s->state.v = Eigen::Map<const model::VectorX>(m.v.data(), std::ssize(m.v));
+  }
+  s->cables.clear();
+  for (std::size_t i = 0; i < m.cable_length.size(); ++i) {
+    s->cables.push_back({m.cable_length[i], m.cable_rate[i]});
+  }
+  s->measurements.clear();
+  for (std::size_t i = 0; i < m.measured.size(); ++i) {
+    if (m.measured_size[i] < 1 || m.measured_size[i] > 6) return false;
+    s->measurements.push_back(
+        {m.instrument[i], m.measured_time[i], m.measured_size[i], m.measured[i]});
+  }
+  return true;
 }
 
 }  // namespace mantle::tools

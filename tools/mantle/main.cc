@@ -30,6 +30,9 @@ int main(int argc, char** argv) {
   AddCheckCommand(app, exit_status);
   AddBusCommand(app, exit_status);
   AddDrivesCommand(app, exit_status);
+  AddHilCommand(app, exit_status);
+  AddPlantCommand(app, exit_status);
+  AddControlCommand(app, exit_status);
   AddLogCommand(app, exit_status);
   AddStudyCommand(app, exit_status);
   AddTuneCommand(app, exit_status);

@@ -32,9 +32,10 @@ using ResultNames = std::span<const char* const>;
 /// Of `mantle run`, `static`, `modes` and `compare`, and what tools/plot and `mantle report` make
 /// of them: a folder holds the results of one of them.
 inline constexpr const char* kSceneResults[] = {
-    "summary.json",   "trajectory.csv", "telemetry.lcmlog", "solver.csv",     "checkpoint",
-    "path.csv",       "shape.csv",      "full.csv",         "reduced.csv",    "shapes.csv",
-    "trajectory.png", "control.png",    "full.lcmlog",      "reduced.lcmlog", "report.html"};
+    "summary.json", "trajectory.csv", "telemetry.lcmlog", "solver.csv",
+    "checkpoint",   "path.csv",       "shape.csv",        "full.csv",
+    "reduced.csv",  "shapes.csv",     "trajectory.png",   "control.png",
+    "timing.png",   "full.lcmlog",    "reduced.lcmlog",   "report.html"};
 
 class ResultFolder {
  public:

@@ -96,6 +96,10 @@ struct StatusTelemetry {
   std::string control_mode, solver_status;
   std::int64_t solves{0}, iterations{0}, misses{0}, fallbacks{0}, safe_decays{0};
   std::string text;
+  double rate{0};
+  std::int64_t cycles{0}, late_cycles{0}, missed_cycles{0}, late_plans{0};
+  std::vector<double> bin_begin;
+  std::vector<std::int64_t> sync_lateness, command_time;  ///< bins
 
   bool operator==(const StatusTelemetry&) const = default;
 };
@@ -174,6 +178,69 @@ struct SessionTelemetry {
   bool operator==(const SessionTelemetry&) const = default;
 };
 
+struct SensorsTelemetry {
+  static constexpr const char* kChannel = "MANTLE_SENSORS";
+
+  std::int64_t utime{0};
+  double time{0};
+  std::int8_t held{0}, has_state{0};
+  double state_time{0};
+  Triple root_position{};
+  Quaternion root_quaternion{1, 0, 0, 0};
+  std::vector<double> q, v;
+  std::vector<double> cable_length, cable_rate;
+  std::vector<std::int32_t> instrument;
+  std::vector<double> measured_time;
+  std::vector<std::int32_t> measured_size;
+  std::vector<std::array<double, 6>> measured;
+
+  bool operator==(const SensorsTelemetry&) const = default;
+};
+
+struct CommandTelemetry {
+  static constexpr const char* kChannel = "MANTLE_COMMAND";
+
+  std::int64_t utime{0};
+  double time_out{0};
+  std::vector<double> tension;
+
+  bool operator==(const CommandTelemetry&) const = default;
+};
+
+struct CycleTelemetry {
+  static constexpr const char* kChannel = "MANTLE_CYCLE";
+
+  std::int64_t utime{0};
+  std::string phase;
+  std::int64_t go_time{INT64_MAX};
+  std::string host;
+  std::int32_t process{0};
+
+  bool operator==(const CycleTelemetry&) const = default;
+};
+
+struct StepTelemetry {
+  static constexpr const char* kChannel = "MANTLE_STEP";
+
+  std::int64_t utime{0}, number{0}, run{0};
+  std::int8_t action{0};
+  std::int64_t now{0}, frames_sent{0};
+
+  bool operator==(const StepTelemetry&) const = default;
+};
+
+struct SteppedTelemetry {
+  static constexpr const char* kChannel = "MANTLE_STEPPED";
+
+  std::int64_t utime{0}, number{0}, run{0};
+  std::int8_t ok{1};
+  std::string reason;
+  std::int8_t braked{0};
+  std::int64_t frames_sent{0};
+
+  bool operator==(const SteppedTelemetry&) const = default;
+};
+
 /// Where telemetry goes: the seam between a run and whoever listens.
 class TelemetrySink {
  public:
@@ -188,6 +255,12 @@ class TelemetrySink {
   virtual void Write(const ControlTelemetry& message) = 0;
   virtual void Write(const WaterTelemetry& message) = 0;
   virtual void Write(const SessionTelemetry& message) = 0;
+  // Between the programs of a loop: not all who listen to a run have a use for them.
+  virtual void Write(const SensorsTelemetry&) {}
+  virtual void Write(const CommandTelemetry&) {}
+  virtual void Write(const CycleTelemetry&) {}
+  virtual void Write(const StepTelemetry&) {}
+  virtual void Write(const SteppedTelemetry&) {}
 };
 
 }  // namespace mantle::tools

@@ -98,6 +98,14 @@ void VisitFields(F&& f, M& m, Others&... o) {
   f("fallbacks", m.fallbacks, o.fallbacks...);
   f("safe_decays", m.safe_decays, o.safe_decays...);
   f("text", m.text, o.text...);
+  f("rate", m.rate, o.rate...);
+  f("cycles", m.cycles, o.cycles...);
+  f("late_cycles", m.late_cycles, o.late_cycles...);
+  f("missed_cycles", m.missed_cycles, o.missed_cycles...);
+  f("late_plans", m.late_plans, o.late_plans...);
+  f("bin_begin", m.bin_begin, o.bin_begin...);
+  f("sync_lateness", m.sync_lateness, o.sync_lateness...);
+  f("command_time", m.command_time, o.command_time...);
 }
 
 template <typename F, Message<ShapeTelemetry> M, typename... Others>
@@ -165,6 +173,62 @@ void VisitFields(F&& f, M& m, Others&... o) {
   f("host", m.host, o.host...);
   f("process", m.process, o.process...);
   f("results", m.results, o.results...);
+}
+
+template <typename F, Message<SensorsTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("time", m.time, o.time...);
+  f("held", m.held, o.held...);
+  f("has_state", m.has_state, o.has_state...);
+  f("state_time", m.state_time, o.state_time...);
+  f("root_position", m.root_position, o.root_position...);
+  f("root_quaternion", m.root_quaternion, o.root_quaternion...);
+  f("q", m.q, o.q...);
+  f("v", m.v, o.v...);
+  f("cable_length", m.cable_length, o.cable_length...);
+  f("cable_rate", m.cable_rate, o.cable_rate...);
+  f("instrument", m.instrument, o.instrument...);
+  f("measured_time", m.measured_time, o.measured_time...);
+  f("measured_size", m.measured_size, o.measured_size...);
+  f("measured", m.measured, o.measured...);
+}
+
+template <typename F, Message<CommandTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("time_out", m.time_out, o.time_out...);
+  f("tension", m.tension, o.tension...);
+}
+
+template <typename F, Message<CycleTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("phase", m.phase, o.phase...);
+  f("go_time", m.go_time, o.go_time...);
+  f("host", m.host, o.host...);
+  f("process", m.process, o.process...);
+}
+
+template <typename F, Message<StepTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("number", m.number, o.number...);
+  f("run", m.run, o.run...);
+  f("action", m.action, o.action...);
+  f("now", m.now, o.now...);
+  f("frames_sent", m.frames_sent, o.frames_sent...);
+}
+
+template <typename F, Message<SteppedTelemetry> M, typename... Others>
+void VisitFields(F&& f, M& m, Others&... o) {
+  f("utime", m.utime, o.utime...);
+  f("number", m.number, o.number...);
+  f("run", m.run, o.run...);
+  f("ok", m.ok, o.ok...);
+  f("reason", m.reason, o.reason...);
+  f("braked", m.braked, o.braked...);
+  f("frames_sent", m.frames_sent, o.frames_sent...);
 }
 
 }  // namespace mantle::tools

@@ -129,6 +129,9 @@ bool LengthsFit<StatusTelemetry>(std::span<const std::uint8_t> bytes) {
   walk.Text();           // solver_status
   walk.Skip(5, kInt64);  // solves to safe_decays
   walk.Text();
+  walk.Skip(1, kDouble);                               // rate
+  walk.Skip(4, kInt64);                                // cycles to late_plans
+  walk.Skip(walk.Count(), kDouble + kInt64 + kInt64);  // bins
   return walk.AtEnd();
 }
 
@@ -193,6 +196,60 @@ bool LengthsFit<SessionTelemetry>(std::span<const std::uint8_t> bytes) {
   walk.Text();            // host
   walk.Skip(1, kInt32);   // process
   walk.Text();            // results
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<SensorsTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);                  // utime
+  walk.Skip(1, kDouble);                 // time
+  walk.Skip(2, 1);                       // held, has_state
+  walk.Skip(1 + 3 + 4, kDouble);         // state_time, root
+  walk.Skip(walk.Count(), kDouble);      // q
+  walk.Skip(walk.Count(), kDouble);      // v
+  walk.Skip(walk.Count(), 2 * kDouble);  // cables
+  walk.Skip(walk.Count(), kInt32 + kDouble + kInt32 + 6 * kDouble);
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<CommandTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);   // utime
+  walk.Skip(1, kDouble);  // time_out
+  walk.Skip(walk.Count(), kDouble);
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<CycleTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(1, kInt64);  // utime
+  walk.Text();           // phase
+  walk.Skip(1, kInt64);  // go_time
+  walk.Text();           // host
+  walk.Skip(1, kInt32);  // process
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<StepTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(3, kInt64);  // utime, number, run
+  walk.Skip(1, 1);       // action
+  walk.Skip(2, kInt64);  // now, frames_sent
+  return walk.AtEnd();
+}
+
+template <>
+bool LengthsFit<SteppedTelemetry>(std::span<const std::uint8_t> bytes) {
+  WireWalk walk(bytes);
+  walk.Skip(3, kInt64);  // utime, number, run
+  walk.Skip(1, 1);       // ok
+  walk.Text();           // reason
+  walk.Skip(1, 1);       // braked
+  walk.Skip(1, kInt64);  // frames_sent
   return walk.AtEnd();
 }
 

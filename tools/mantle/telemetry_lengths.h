@@ -36,5 +36,15 @@ template <>
 bool LengthsFit<WaterTelemetry>(std::span<const std::uint8_t> bytes);
 template <>
 bool LengthsFit<SessionTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<SensorsTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<CommandTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<CycleTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<StepTelemetry>(std::span<const std::uint8_t> bytes);
+template <>
+bool LengthsFit<SteppedTelemetry>(std::span<const std::uint8_t> bytes);
 
 }  // namespace mantle::tools
