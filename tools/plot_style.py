@@ -68,8 +68,8 @@ def open_sides(axes):
 
 
 def save(figure, target):
-    """As a whole file or not at all."""
+    """As a whole file or not at all; PNG or SVG, by the target's name."""
     partial = target.with_name("." + target.name)
-    figure.savefig(partial, dpi=130, format="png")
+    figure.savefig(partial, dpi=130, format=target.suffix[1:])
     partial.replace(target)
     print(f"  picture in {target}")

@@ -23,6 +23,7 @@
 #include "tools/mantle/summary.h"
 #include "tools/mantle/trajectory.h"
 #include "tools/report/page_file.h"
+#include "tools/studies/accuracy_choice.h"
 
 namespace mantle::tools {
 namespace {
@@ -35,6 +36,7 @@ constexpr const char* kHelp =
     "  mantle run scenes/paper.toml --out results\n"
     "  mantle run scenes/paper.toml --set time.step=0.002 --set time.integrator=sdirk3\n"
     "  mantle run scenes/paper.toml --json | python3 -m json.tool\n"
+    "  mantle run scenes/paper.toml --accuracy 1%      # says what it chooses, and why\n"
     "  mantle run scenes/paper.toml --model reduced\n"
     "  mantle run scenes/paper.toml --out r --checkpoint-every 1    # Ctrl-C, then:\n"
     "  mantle run scenes/paper.toml --out r --resume r.partial/checkpoint\n"
@@ -55,6 +57,7 @@ struct RunOptions {
   ControlRunOptions control;
   int shape_every{1};
   bool shape_every_given{false};
+  std::string accuracy;  ///< as given; empty: the scene's own mesh and steps
 
   bool has_checkpoints() const {
     return std::isfinite(checkpoint_every_s) || std::isfinite(stop_at_s) || !resume.empty();
@@ -281,6 +284,22 @@ int Execute(const RunOptions& options) {
                              "--stop-at need --open-loop");
   }
   DemandReportPage(options.scene.report);
+  if (!options.accuracy.empty()) {
+    const double target = ParseAccuracy(options.accuracy);
+    if (closed || reduced || !options.resume.empty()) {
+      throw BadInput(fmt::format("--accuracy: chooses mesh and steps of the plant, must be {}",
+                                 reduced  ? "with --model full"
+                                 : closed ? "with --open-loop"
+                                          : "without --resume"));
+    }
+    const AccuracyChoice choice =
+        ChooseAccuracy(options.scene.scene_file, options.scene.overrides, target);
+    ComplainText(choice.text, "accuracy");
+    RunOptions with = options;
+    with.scene.overrides.insert(with.scene.overrides.end(), choice.overrides.begin(),
+                                choice.overrides.end());
+    return RunJob(with).Execute();
+  }
   if (closed) return RunControlScene(options.scene, options.control, options.shape_every);
   return reduced ? RunReducedScene(options.scene, options.shape_every) : RunJob(options).Execute();
 }
@@ -335,6 +354,11 @@ void AddRunCommand(CLI::App& app, int& exit_status) {
           ->type_name("N")
           ->check(CLI::Range(0, 1'000'000))
           ->capture_default_str();
+  command
+      ->add_option("--accuracy", options.accuracy,
+                   "Choose elements, integrator and step for this largest error of root and tips, "
+                   "in body lengths: 1%, 0.003")
+      ->type_name("SHARE");
   AddRunChoice(command, &options.choice);
   AddControlOptions(command, &options.control);
   command->callback([&exit_status, shapes] {

@@ -11,14 +11,15 @@
 #include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
+#include "tools/mantle/study_run.h"
 #include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
 
-constexpr const char* kStudyResults[] = {"study.json", "report.html"};
 constexpr const char* kHelp =
     "Studies: many runs side by side, as a table and as JSON.\n\n"
+    "  mantle study accuracy scenes/paper.toml --out results/price\n"
     "  mantle study control scenes/steer.toml scenes/steer_mismatch.toml --out results/study\n"
     "  mantle study control scenes/reach.toml --controllers mpc,pursuit --set time.duration=6";
 constexpr const char* kControlHelp =
@@ -158,6 +159,10 @@ int StudyControl(const StudyOptions& options) {
 void AddStudyCommand(CLI::App& app, int& exit_status) {
   CLI::App* study = app.add_subcommand("study", kHelp);
   study->require_subcommand(1);
+  AddStudyAccuracyCommand(study, &exit_status);
+  AddStudyStabilityCommand(study, &exit_status);
+  AddStudyEffectsCommand(study, &exit_status);
+  AddStudyPointCommand(study, &exit_status);
   CLI::App* command = study->add_subcommand("control", kControlHelp);
   static StudyOptions options;
   command->add_option("SCENES", options.scenes, "Scenes with a table [control]")

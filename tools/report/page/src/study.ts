@@ -3,6 +3,7 @@
 import { runColour } from "./colour";
 import { element, formatNumber } from "./dom";
 import { type Json, type Run, at, numberAt } from "./model";
+import { priceCards } from "./study_price";
 
 interface Figure {
   title: string;
@@ -79,6 +80,8 @@ function bars(figure: Figure, runs: Json[], controllers: string[], dark: boolean
 
 /** Cards of a study. */
 export function studyCards(run: Run, dark: boolean): HTMLElement[] {
+  const price = priceCards(run, dark);
+  if (price !== null) return price;
   const runs = at(run.summary, "runs");
   if (!Array.isArray(runs) || runs.length === 0) {
     return [element("p", { class: "empty" }, [`${run.label}: the study has no runs.`])];
