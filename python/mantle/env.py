@@ -77,13 +77,12 @@ class Env(_Base):
         self._random = numpy.random.default_rng()
         self._episode = None
         self._cost = 0.0
-        size = len(self._observe(self._begin(None)))
-        self._episode = None
+        model = _mantle.ReducedModel(self.scene)
+        size = 3 + 4 + model.coordinate_count + model.velocity_count + len(model.motors) + 1
         self.observation_space = _box(numpy.full(size, -numpy.inf), numpy.full(size, numpy.inf))
 
     def _begin(self, seed):
-        overrides = self._overrides + ([] if seed is None else [f"sensors.seed={seed}"])
-        self._episode = _mantle.Episode(_mantle.Scene(self._file, overrides))
+        self._episode = _mantle.Episode(_mantle.Scene(self._file, [*self._overrides, f"sensors.seed={seed}"]))
         return self._episode.view()
 
     @staticmethod
