@@ -210,8 +210,27 @@ class LoopResults(collections.abc.Mapping):
     complete, reason: whether it came to its end, and why not.
     """
 
-    def __init__(self, summary, trajectory, complete, reason):
-        self.summary, self.trajectory, self.complete, self.reason = summary, trajectory, complete, reason
+    def __init__(self, summary_text, trajectory_text, complete, reason):
+        self._texts = {"summary.json": summary_text, "trajectory.csv": trajectory_text}
+        self.summary, self.trajectory = json.loads(summary_text), table_of(trajectory_text)
+        self.complete, self.reason = complete, reason
+
+    def save(self, folder):
+        """Leaves summary.json and trajectory.csv in a new folder, which appears whole or not at all; for
+        mantle.Results, report() and tools/plot. Returns its path."""
+        folder = pathlib.Path(os.fspath(folder))
+        if folder.exists():
+            raise BadInput(f"{folder}: is there already")
+        try:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            work = pathlib.Path(tempfile.mkdtemp(prefix=f".{folder.name}.", dir=folder.parent))
+            for name, text in self._texts.items():
+                (work / name).write_text(text)
+            work.chmod(0o755)
+            work.rename(folder)
+        except OSError as error:
+            raise BadInput(f"{folder}: cannot be written: {error.strerror}") from None
+        return folder
 
     def __getitem__(self, key):
         return self.summary[key]
@@ -242,7 +261,7 @@ def closed_loop(scene, overrides=None, *, observer=None, controller=None, estima
     named = controller if isinstance(controller, str) else ""
     text, table, complete, reason = _mantle.run_loop(loaded, observer, named, bus or "", realtime,
                                                      None if named else controller, estimator)
-    results = LoopResults(json.loads(text), table_of(table), complete, reason)
+    results = LoopResults(text.decode("utf-8", "replace"), table, complete, reason)
     for line in results["warnings"]:
         warnings.warn(f"{loaded.name}: {line}", MantleWarning, stacklevel=2)
     if not complete and reason != "stopped by its observer":
@@ -300,7 +319,7 @@ def report(folders, *, out=None):
     arguments = ["report", *(f.folder if isinstance(f, Results) else os.fspath(f) for f in folders), "--json"]
     if out is not None:
         arguments += ["--out", os.fspath(out)]
-    return pathlib.Path(json.loads(_run(arguments))["file"])
+    return pathlib.Path(json.loads(_run(arguments))["report"])
 
 
 def export(folder, format, *, out=None, options=()):
@@ -309,9 +328,7 @@ def export(folder, format, *, out=None, options=()):
     arguments = ["export", folder, "--format", format, *options]
     if out is not None:
         arguments += ["--out", os.fspath(out)]
-    made = json.loads(_run([*arguments, "--json"]))["exports"]
-    paths = [pathlib.Path(entry["out"] if isinstance(entry, dict) else entry) for entry in made]
-    return paths[0] if len(paths) == 1 else paths
+    return pathlib.Path(json.loads(_run([*arguments, "--json"]))["exports"][0]["out"])
 
 
 __all__ = ["LoopResults", "Results", "Table", "check", "closed_loop", "compare", "export", "load", "modes", "report",

@@ -3,8 +3,8 @@
 import math
 import os
 import signal
+import tempfile
 import threading
-import time
 import unittest
 import weakref
 
@@ -43,6 +43,23 @@ class Controllers(unittest.TestCase):
             if name != "error":
                 self.assertTrue((results.trajectory[name] == expected[name]).all(), name)
         self.assertTrue((results.trajectory["error"] == expected["error_tip_m"]).all())
+
+    def test_what_is_saved_is_a_folder_of_results(self):
+        loop = mantle.closed_loop(REACH, SHORT, controller=Quiet)
+        with tempfile.TemporaryDirectory() as work:
+            folder = loop.save(f"{work}/new/out")
+            again = mantle.Results(folder)
+            self.assertEqual(again.summary, loop.summary)
+            self.assertTrue((again.trajectory.matrix() == loop.trajectory.matrix()).all())
+            self.assertEqual(again.files, ["summary.json", "trajectory.csv"])
+            with self.assertRaisesRegex(mantle.BadInput, "is there already"):
+                loop.save(folder)
+            with self.assertRaisesRegex(mantle.BadInput, "cannot be written"):
+                loop.save(folder / "summary.json/out")
+            try:
+                self.assertGreater(mantle.report(folder).stat().st_size, 10_000)
+            except mantle.BadInput as error:  # built without npm
+                self.assertIn("page is missing", str(error))
 
     def test_a_controller_of_python_steers(self):
         steered = mantle.closed_loop(REACH, {"time.duration": 2.5}, controller=Spring)
