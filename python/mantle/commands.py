@@ -8,6 +8,7 @@ import collections.abc
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
 import subprocess
@@ -198,7 +199,11 @@ def _with(scene, overrides, controller, estimator):
         more.append('control.controller="python"')
     if estimator is not None:
         more.append('control.estimator.type="python"')
-    return _mantle.Scene(file, [*before, *more])
+    scene = _mantle.Scene(file, [*before, *more])
+    if estimator is not None and re.search(r"^(\[\[sensors\.instruments\]\]|instruments = \[)", scene.text, re.M):
+        raise BadInput(f"{file}: sensors.instruments: an estimator that is written in Python gets whole measurements, "
+                       "not readings of instruments: the scene must name none")
+    return scene
 
 
 class LoopResults(collections.abc.Mapping):
