@@ -1,4 +1,5 @@
-# Debian packages (tools/package, or the target `package`): mantle, the program; libmantle-dev, libraries and headers.
+# Debian packages (tools/package, or the target `package`): mantle, the program; libmantle-dev, libraries and
+# headers; python3-mantle, the module for Python, where it is built.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME mantle)
 set(CPACK_PACKAGE_VENDOR "The Mantle authors")
@@ -15,6 +16,9 @@ set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
   OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
 set(CPACK_COMPONENTS_ALL program development)
+if(TARGET mantle_python)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -36,6 +40,15 @@ libsundials-dev, libtomlplusplus-dev, coinor-libipopt-dev, liblcm-dev, liblcm-bi
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "libraries for soft underwater vehicles
 Static libraries and headers of Mantle: the full model, the reduced model, the
 controller, CAN buses, drives and their master. With a CMake package.")
+
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-mantle)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "mantle (= ${PROJECT_VERSION}), ${MANTLE_PYTHON_DEPENDS}, python3-numpy")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "soft underwater vehicles from Python
+Module of Mantle: runs with their results as arrays, the full and the reduced
+model to step by hand, controllers and estimators written in Python, and an
+environment for learning.")
 
 # What Debian wants in /usr/share/doc, made from LICENSE and CHANGELOG.md.
 file(READ LICENSE license)
@@ -61,7 +74,11 @@ ${changes}
 ")
 execute_process(COMMAND gzip -9nf ${PROJECT_BINARY_DIR}/debian/changelog COMMAND_ERROR_IS_FATAL ANY)
 set(doc ${CMAKE_INSTALL_DATADIR}/doc)
-foreach(pair IN ITEMS mantle:program libmantle-dev:development)
+set(pairs mantle:program libmantle-dev:development)
+if(TARGET mantle_python)
+  list(APPEND pairs python3-mantle:python)
+endif()
+foreach(pair IN LISTS pairs)
   string(REPLACE ":" ";" pair ${pair})
   list(GET pair 0 package)
   list(GET pair 1 component)

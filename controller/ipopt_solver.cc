@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <mutex>
 
 namespace mantle::controller {
 namespace {
@@ -141,6 +142,12 @@ SolveStatus StatusOf(Ipopt::ApplicationReturnStatus status, bool late) {
   }
 }
 
+// MUMPS keeps what it works on in variables of its library: two solvers in two threads take turns.
+std::mutex& Turns() {
+  static std::mutex turns;
+  return turns;
+}
+
 class IpoptSolver : public Solver {
  public:
   IpoptSolver() : app_(new Ipopt::IpoptApplication(false)), adapter_(new Adapter) {
@@ -152,7 +159,13 @@ class IpoptSolver : public Solver {
     ok_ = app_->Initialize() == Ipopt::Solve_Succeeded;
   }
 
+  ~IpoptSolver() override {
+    const std::lock_guard turn(Turns());
+    app_ = nullptr;
+  }
+
   void Solve(Program& program, const SolveOptions& options, SolveResult* result) override {
+    const std::lock_guard turn(Turns());
     result->status = SolveStatus::kFailed;
     result->iterations = 0;
     result->x.setZero(program.variables());

@@ -46,6 +46,7 @@ ONE_DOOR = {
     r"lcm/|mantle/\w+_t\.hpp": {"tools/mantle/lcm_bridge.cc"},
     r"nlopt": {"tools/studies/search.cc"},
     r"httplib": {"tools/live/live_server.cc"},
+    r"pybind11/": {"cmake/precompiled/python.h"},
     r"linux/can": {"firmware_sim/bus/socket_can_bus.cc"},
 }
 # what runs without a plant: neither these folders (their subfolders apart) nor what the target
@@ -55,10 +56,11 @@ WITHOUT_PLANT = {"reduced", "controller", "loop/control_side"}
 MAY_LINK = {
     r"SUNDIALS::": {"model"},
     r"tomlplusplus::": {"scene"},
+    r"pybind11::": {"python"},
     r"PkgConfig::IPOPT": {"ipopt"},
     r"PkgConfig::NLOPT": {"tuning"},
     r"LCM::": {"lcm_types"},
-    r"fmt::": {"mechanics", "model", "bus", "telemetry", "tuning"},
+    r"fmt::": {"mechanics", "model", "bus", "telemetry", "tuning", "python"},
 }
 # target: Mantle's own targets that it may reach, directly or through others
 MAY_REACH = {
@@ -130,7 +132,7 @@ def main():
     problems = list(check_targets(links))
     plant = {name.removesuffix(".cc") + ".h" for name in sources["model"]}
     mechanics = sources["mechanics"] | {n.removesuffix(".cc") + ".h" for n in sources["mechanics"]}
-    for folder in ("model", "reduced", "controller", "firmware_sim", "loop", "tools", "tests", "bench"):
+    for folder in ("model", "reduced", "controller", "firmware_sim", "loop", "tools", "python", "tests", "bench"):
         for path in sorted((ROOT / folder).rglob("*")):
             if path.suffix not in (".h", ".cc"):
                 continue
@@ -148,6 +150,8 @@ def main():
                 if ours and may_use is not None and may_use.isdisjoint(folders_of(header)):
                     problems.append(f"{name} includes {header}: it may use {sorted(may_use)}")
                 if folder == "tests":
+                    continue
+                if folder == "python" and header.startswith("pybind11/"):
                     continue
                 for pattern, doors in ONE_DOOR.items():
                     if re.match(pattern, header) and name not in doors:

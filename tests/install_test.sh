@@ -70,6 +70,22 @@ if [ -f "$build/report/report.html" ]; then
   "$mantle" report "$work/out" | grep -q '1 run'
   grep -q 'id="mantle-data"' "$work/out/report.html"
 fi
+# The module for Python, with the program that was installed and nothing of the build.
+if ls "$build"/python/mantle/_mantle.*.so >/dev/null 2>&1; then
+  (cd "$work" && PYTHONPATH=$work/prefix/lib/python3/dist-packages /usr/bin/python3 - "$work/prefix" <<'END'
+import sys
+import mantle
+from mantle.commands import program
+assert mantle.__file__.startswith(sys.argv[1]) and program() == sys.argv[1] + "/bin/mantle", (mantle.__file__, program())
+scene = mantle.scene_folder() / "reach.toml"
+assert str(scene).startswith(sys.argv[1])
+in_process = mantle.closed_loop(scene, {"time.duration": 0.1})
+results = mantle.run(scene, {"time.duration": 0.1})
+assert (results.trajectory["arm_tip_x_m"] == in_process.trajectory["arm_tip_x_m"]).all()
+assert results.log.channel("MANTLE_STATE").rows > 0
+END
+  )
+fi
 zcat "$work/prefix/share/man/man1/mantle-run.1.gz" | grep -q -- 'checkpoint'
 grep -q '"title": "Mantle scene"' "$work/prefix/share/mantle/scene.schema.json"
 [ -f "$work/prefix/share/bash-completion/completions/mantle" ]

@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """book_reference.py ROOT XML OUT: writes the pages of the book's reference into the folder OUT, one for every
-folder of public headers. In Doxygen's XML it mends what Sphinx does not read."""
+folder of public headers, and one for the module for Python. In Doxygen's XML it mends what Sphinx does not read."""
 
+import ast
 import copy
+import inspect
 import pathlib
 import re
 import sys
@@ -74,6 +76,54 @@ def split_namespaces(xml):
         header.write(page, encoding="unicode")
 
 
+def public(node):
+    """Whether a stub's or module's definition is one for users."""
+    return isinstance(node, (ast.ClassDef, ast.FunctionDef)) and (node.name == "__init__" or node.name[0] != "_")
+
+
+def signature(node):
+    """The line with which a function or class is called."""
+    if isinstance(node, ast.FunctionDef):
+        returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+        return f"{node.name}({ast.unparse(node.args)}){returns}"
+    bases = ", ".join(ast.unparse(base) for base in node.bases if ast.unparse(base) != "_Base")
+    return f"class {node.name}({bases})" if bases else f"class {node.name}"
+
+
+def described(node, level):
+    """A definition with its members as Markdown."""
+    text = ast.get_docstring(node) or ""
+    properties = [ast.unparse(d) for d in getattr(node, "decorator_list", ())]
+    call = node.name if "property" in properties else signature(node)
+    out = f"{'#' * level} {node.name}\n\n```python\n{call}\n```\n\n"
+    if text:
+        out += f"```text\n{inspect.cleandoc(text)}\n```\n\n"
+    for member in getattr(node, "body", ()):
+        if isinstance(node, ast.ClassDef) and public(member) and (ast.get_docstring(member) or member.name != "__init__"):
+            out += described(member, level + 1)
+    return out
+
+
+def python_page(root):
+    """The reference of the module for Python, from its sources and the stub of its compiled part."""
+    package = root / "python/mantle"
+    names = ast.literal_eval(next(
+        node.value for node in ast.parse((package / "__init__.py").read_text()).body
+        if isinstance(node, ast.Assign) and node.targets[0].id == "__all__"))
+    found = {}
+    for file in [*sorted(package.glob("*.py")), package / "_mantle.pyi"]:
+        for node in ast.parse(file.read_text()).body:
+            if public(node) and node.name in names:
+                found[node.name] = node
+    missing = set(names) - found.keys() - {"__version__"}
+    if missing:
+        sys.exit(f"book_reference.py: nothing describes mantle's {', '.join(sorted(missing))}")
+    functions = [n for n in names if isinstance(found.get(n), ast.FunctionDef)]
+    classes = [n for n in names if isinstance(found.get(n), ast.ClassDef)]
+    return ("# Python reference\n\nFrom the docstrings of the module `mantle`. [Mantle from Python](../python.md) is where "
+            "to begin.\n\n" + "".join(described(found[n], 2) for n in functions + classes))
+
+
 def main():
     root, xml, out = (pathlib.Path(argument) for argument in sys.argv[1:])
     for page in xml.glob("*.xml"):
@@ -95,9 +145,11 @@ def main():
         entries.append(folder.replace("/", "_"))
         (out / f"{entries[-1]}.md").write_text(f"# {title}\n\n" + "".join(
             f"## {header}\n\n{about((root / header).read_text())}```{{doxygenfile}} {header}\n```\n\n" for header in inside))
+    (out / "python.md").write_text(python_page(root))
     (out / "index.md").write_text(
         "# C++ reference\n\nFrom the public headers. [Mantle as a library](../library.md) says what to link.\n\n"
         "```{toctree}\n:maxdepth: 2\n\n" + "\n".join(entries) + "\n```\n")
+
 
 
 if __name__ == "__main__":
