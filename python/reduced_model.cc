@@ -94,6 +94,7 @@ std::vector<std::string> MotorNames(const ReducedModel& model) {
 
 namespace {
 
+constexpr double kLostStep = 1e-3;
 constexpr double kSameTime_s = 1e-12;  // as a run of the reduced model has it
 
 bool HasCurrent(const ReducedModel& model) {
@@ -137,6 +138,12 @@ class EarthStep {
 
   void Take(double dt_s) {
     const double end = state_.time_s + dt_s;
+    // A share of the step that the time's own digits may lose.
+    if (std::abs(end - state_.time_s - dt_s) > kLostStep * dt_s) {
+      throw tools::BadInput(
+          fmt::format("step: dt_s: {} s: is lost in the digits of the state's time, {} s", dt_s,
+                      state_.time_s));
+    }
     while (state_.time_s < end - kSameTime_s) {
       if (PyErr_CheckSignals() != 0) throw py::error_already_set();
       const double breakpoint = NextBreakpoint(model_.robot, state_.time_s);

@@ -56,6 +56,11 @@ void BindScene(py::module_& m) {
                                }
                                return py::make_tuple(Copy(low), Copy(high));
                              })
+      .def("__reduce__",
+           [](const py::object& self) {
+             const auto& s = self.cast<const LoadedScene&>();
+             return py::make_tuple(self.attr("__class__"), py::make_tuple(s.file, s.overrides));
+           })
       .def("__repr__", [](const LoadedScene& s) {
         return fmt::format("<mantle.Scene \"{}\" of {}>", s.scene.name, s.file);
       });

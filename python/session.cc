@@ -1,5 +1,7 @@
 #include "python/session.h"
 
+#include <unistd.h>
+
 #include <utility>
 
 #include "controller/registry.h"
@@ -39,6 +41,7 @@ bool Session::Interrupted() {
   const auto now = std::chrono::steady_clock::now();
   if (now - looked_ < kLookEvery) return false;
   looked_ = now;
+  if (getpid() != gettid()) return false;  // handlers run in the main thread alone
   const py::gil_scoped_acquire interpreter;
   if (PyErr_CheckSignals() == 0) return false;
   py::error_already_set error;

@@ -41,8 +41,8 @@ class Session {
   const MakeController& make_controller() const { return make_controller_; }
   const MakeEstimator& make_estimator() const { return make_estimator_; }
 
-  /// Whether the run is to end: an exception was kept, or, looked at every 20 ms, a signal's
-  /// handler raised one (Ctrl-C), which is kept then. Takes the interpreter for that alone.
+  /// Whether the run is to end: an exception was kept, or a signal's handler (looked at every 20 ms, in
+  /// the main thread alone) raised one, which is kept. Takes the interpreter for that alone.
   bool Interrupted();
   /// Keeps the first exception that Python code of the run raised. With the interpreter held.
   void Keep(py::error_already_set& error);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string_view>
 
 #include "python/arrays.h"
@@ -83,10 +84,10 @@ class HandRun {
     }
   }
 
-  void SetTension(const std::string& cable, const py::object& tension_n) {
+  void SetTension(const std::string& cable, std::optional<double> tension_n) {
     const std::unique_lock<std::mutex> alone = Alone();
     const Eigen::Index i = reduced::FindCable(plant_.robot, cable);
-    if (tension_n.is_none()) {
+    if (!tension_n) {
       tensions_(i) = std::nan("");
       return;
     }
@@ -94,7 +95,7 @@ class HandRun {
       throw tools::BadInput(
           "set_tension: needs another integrator than cvode, whose history takes no jump");
     }
-    const double n = tension_n.cast<double>();
+    const double n = *tension_n;
     if (!(std::isfinite(n) && n >= 0)) {
       throw tools::BadInput(
           fmt::format("set_tension: {}: {} N: must be finite and >= 0", cable, n));

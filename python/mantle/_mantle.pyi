@@ -183,7 +183,8 @@ class ReducedModel:
         """A new state: where a run of the model starts."""
     def step(self, state: ReducedState, dt_s: float, tensions: Optional[_Numbers] = None, *,
              jacobian: bool = False) -> Union[ReducedState, Tuple[ReducedState, _Array, _Array]]:
-        """The state dt_s later [s], with these tensions of the motors [N] all along, or the scene's schedules.
+        """The state dt_s later [s], with these tensions of the motors [N] all along, or the scene's schedules. A
+        negative tension pushes, which no cable does: it is for derivatives.
 
         Goes in parts that end at break points and are no longer than longest_step_s, as `mantle run --model reduced`.
         jacobian: also the derivatives of the new state in the old one, shape (2 n, 2 n), and in the tensions, shape

@@ -2,6 +2,7 @@
 
 import os
 import pathlib
+import pickle
 import signal
 import subprocess
 import sys
@@ -24,6 +25,11 @@ class Scenes(unittest.TestCase):
         low, high = scene.tension_limits
         self.assertTrue((low == 0).all() and (high == 1).all())
         self.assertNotEqual(scene.fingerprint, mantle.load(REACH).fingerprint)
+
+    def test_a_scene_goes_to_other_processes(self):
+        scene = mantle.load(REACH, {"time.duration": 3})
+        again = pickle.loads(pickle.dumps(scene))
+        self.assertEqual((again.file, again.overrides, again.fingerprint), (scene.file, scene.overrides, scene.fingerprint))
 
     def test_overrides_of_every_kind_are_what_set_reads(self):
         scene = mantle.load(ARM, {"time.step": numpy.float64(0.002), "arms.arm.elements": numpy.int64(7),

@@ -112,6 +112,10 @@ class Refusals(unittest.TestCase):
         for dt_s in (0.0, -0.01, math.nan, math.inf):
             with self.assertRaisesRegex(mantle.BadInput, "dt_s"):
                 model.step(state, dt_s)
+        late = model.state()
+        late.time_s = 1e18
+        with self.assertRaisesRegex(mantle.BadInput, "lost in the digits"):
+            model.step(late, 0.01)
         state.q[0] = math.nan
         with self.assertRaisesRegex(mantle.BadInput, "not finite"):
             model.step(state, 0.01)

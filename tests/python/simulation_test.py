@@ -105,8 +105,9 @@ class Refusals(unittest.TestCase):
                 simulation.set_tension("arm.a", tension)
         with self.assertRaisesRegex(mantle.BadInput, "known: arm.a"):
             simulation.set_tension("arm.z", 1)
-        with self.assertRaises(TypeError):
-            simulation.advance_to("soon")
+        for call in (lambda: simulation.advance_to("soon"), lambda: simulation.set_tension("arm.a", "much")):
+            with self.assertRaises(TypeError):
+                call()
         self.assertEqual(simulation.time_s, 0.05)
 
     def test_scenes_that_do_not_run(self):
