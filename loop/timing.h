@@ -36,9 +36,10 @@ class DurationHistogram {
   std::int64_t worst_us_{0};
 };
 
-/// Priorities of the threads of a loop (SCHED_FIFO): a bare timer beside it, the fast loop, the
-/// plant. Everything else, the planner too, runs as the system likes.
-inline constexpr int kTimerPriority = 60, kFastLoopPriority = 50, kPlantPriority = 40;
+/// Priorities of the threads of a loop (SCHED_FIFO): a bare timer beside it, the fast loop, who
+/// hears sensor messages for it, the plant, the planner. Everything else runs as the system likes.
+inline constexpr int kTimerPriority = 60, kFastLoopPriority = 50, kSensorPriority = 45,
+                     kPlantPriority = 40, kPlannerPriority = 20;
 
 /// Puts the calling thread under SCHED_FIFO. Returns why the system refused, empty where it did
 /// not.

@@ -18,12 +18,14 @@ namespace {
 
 /// The bus is read so often between two SYNCs, sensor messages are looked for so often.
 constexpr std::int64_t kPoll_us = 1000, kLook_us = 100;
-/// A command that needs longer than this, from the last message that is waited for, makes its SYNC
-/// late.
-constexpr std::int64_t kReserve_us = 300;
+/// A message is waited for until so long before its SYNC is due, and what commands take besides:
+/// the longest of late, falling by half within so many.
+constexpr std::int64_t kReserve_us = 150;
+constexpr double kFall = 0.993;  // 0.5^(1/100)
 constexpr std::int64_t kStopLimit_us = 8'000'000;
 constexpr std::int64_t kRetry_us = 300'000;
 constexpr double kSameTime_s = 1e-9;
+constexpr int kBegan = -1;  // of going_: the first plan is under way
 
 }  // namespace
 
@@ -115,7 +117,8 @@ void FastLoop::SkipMissed(std::int64_t now_us, std::int64_t* due_us) {
 
 // Until the command for the SYNC that is due has to be made.
 void FastLoop::Listen(std::int64_t due_us) {
-  const std::int64_t until_us = due_us - kReserve_us;
+  const std::int64_t until_us =
+      due_us - std::min(kReserve_us + static_cast<std::int64_t>(reserve_us_), period_us_ / 2);
   for (std::int64_t poll_us = 0;;) {
     const std::int64_t now_us = MonotonicTime_us();
     if (now_us >= poll_us) {
@@ -186,12 +189,13 @@ Status FastLoop::Act(std::int64_t now_us, std::int64_t due_us, bool stop) {
         going_ = 0;
         Enter(ControlPhase::kRunning);
         Command();
-      } else if (control_.begun()) {
+      } else if (going_ == kBegan && control_.begun()) {
         going_ = std::max(1, options_.go_cycles);
         // The SYNC of so many cycles from now, or a little before it.
         go_us_.store(RealTime_us() + due_us - now_us + going_ * period_us_ - period_us_ / 2,
                      std::memory_order_release);
-      } else if (fresh_ && newest_.has_state) {
+      } else if (going_ == 0 && fresh_ && newest_.has_state) {
+        going_ = kBegan;
         control_.Begin(newest_);
         time_s_ = newest_.time_s - period_s_;
       }
@@ -261,7 +265,9 @@ void FastLoop::Command() {
   fresh_ = false;
   control_.Turn(newest_);
   time_s_ = newest_.time_s;
-  counters_.command.Add(MonotonicTime_us() - begin_us);
+  const std::int64_t took_us = MonotonicTime_us() - begin_us;
+  counters_.command.Add(took_us);
+  reserve_us_ = std::max(kFall * reserve_us_, static_cast<double>(took_us));
 }
 
 void FastLoop::Predict() {

@@ -136,6 +136,7 @@ class FastLoop {
   bool heard_{false};         ///< newest_ is a message
   int going_{0};              ///< cycles until the first in command; 0: not told
   double time_s_{0};          ///< of the last command
+  double reserve_us_{0};      ///< what a command takes, as the last ones tell
   double told_s_{0};          ///< of the newest message
 };
 

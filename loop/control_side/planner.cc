@@ -2,6 +2,8 @@
 
 #include <chrono>
 
+#include "loop/timing.h"
+
 namespace mantle::loop {
 namespace {
 
@@ -86,6 +88,7 @@ void Planner::SetLimits(const std::vector<controller::MotorLimits>& limits) {
 }
 
 void Planner::Run() {
+  RunAtOnce(kPlannerPriority);
   for (;;) {
     waiting_.acquire();
     if (stopping_.load(std::memory_order_acquire)) return;

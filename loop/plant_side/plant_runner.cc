@@ -17,25 +17,35 @@ constexpr std::int64_t kTick_us = 1000;  // while held
 constexpr std::int64_t kShortestSlot_us = 2000;
 constexpr std::int64_t kLongestGuard_us = 1000;
 
-// Coupling steps per slot: the fewest that make it long enough, and divide the period.
-int StepsPerSlot(std::int64_t period_us, int steps) {
-  for (int n = 1; n < steps; ++n) {
-    if (steps % n == 0 && n * period_us / steps >= kShortestSlot_us) return n;
-  }
-  return steps;
-}
+/// From the message of an instant to its SYNC, for the control side.
+constexpr std::int64_t kControl_us = 700;
+constexpr double kFall = 0.999;  // of the longest cost, per coupling step
 
 }  // namespace
 
 PlantRunner::PlantRunner(VehicleSide& vehicle, GatedBus& bus, SensorSink& sensors,
                          const PlantRunnerOptions& options)
-    : vehicle_(vehicle),
-      bus_(bus),
-      sensors_(sensors),
-      options_(options),
-      steps_(StepsPerSlot(options.period_us, vehicle.coupling_steps())) {
-  slot_us_ = steps_ * options.period_us / vehicle.coupling_steps();
+    : vehicle_(vehicle), bus_(bus), sensors_(sensors), options_(options) {
+  Adapt();
+}
+
+void PlantRunner::SetSteps(int steps) {
+  steps_ = steps;
+  slot_us_ = steps * options_.period_us / vehicle_.coupling_steps();
   guard_us_ = std::min(slot_us_ / 2, kLongestGuard_us);
+}
+
+// At the end of a period. The fewest steps that divide it and leave time for guard, vehicle and
+// control side; all of them where none do.
+void PlantRunner::Adapt() {
+  const int steps = vehicle_.coupling_steps();
+  for (int n = 1; n <= steps; ++n) {
+    if (steps % n != 0) continue;
+    SetSteps(n);
+    const auto needed_us =
+        guard_us_ + kControl_us + static_cast<std::int64_t>(step_us_ * static_cast<double>(n));
+    if (slot_us_ >= std::max(kShortestSlot_us, needed_us)) return;
+  }
 }
 
 Status PlantRunner::Run(const std::atomic<bool>& stop, const std::function<std::int64_t()>& go_us,
@@ -61,6 +71,7 @@ Status PlantRunner::Run(const std::atomic<bool>& stop, const std::function<std::
     const std::int64_t late_us = MonotonicTime_us() - origin_us_ - now_us_;
     if (late_us > options_.period_us / 10) ++counters_.late_periods;
     if (observer) observer(time_s);
+    Adapt();
   }
   counters_.syncs = static_cast<long>(bus_.syncs());
   return {};
@@ -111,7 +122,9 @@ Status PlantRunner::Slot() {
     if (Status status = vehicle_.Advance(to_us); !status.ok) return status;
     now_us_ = to_us;
   }
-  counters_.work.Add(MonotonicTime_us() - begin_us);
+  const std::int64_t took_us = MonotonicTime_us() - begin_us;
+  counters_.work.Add(took_us);
+  step_us_ = std::max(kFall * step_us_, static_cast<double>(took_us) / steps_);
   return {};
 }
 

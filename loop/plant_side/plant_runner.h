@@ -40,8 +40,8 @@ struct PlantRunnerCounters {
 /// the period. A slot is computed when a small part of it, the guard, has passed: frames that were
 /// on the bus by then count as of its beginning. So a SYNC that is late by less than the guard acts
 /// where one in lock-step would, and the message of an instant is there shortly before it. A later
-/// frame counts as of the next slot. A vehicle that was held up catches up, frame by frame as they
-/// came.
+/// frame counts as of the next slot. Slots are as short as the vehicle's own cost allows for that.
+/// A vehicle that was held up catches up, frame by frame as they came.
 class PlantRunner {
  public:
   /// All must outlive it; `bus` is the vehicle's own.
@@ -56,20 +56,23 @@ class PlantRunner {
   const PlantRunnerCounters& counters() const { return counters_; }
   /// Why SCHED_FIFO was refused; empty where it was not.
   const std::string& refused() const { return refused_; }
-  /// Length of a slot and of its guard [us].
+  /// Length of a slot now, and of its guard [us].
   std::int64_t slot_us() const { return slot_us_; }
   std::int64_t guard_us() const { return guard_us_; }
 
  private:
   Status HoldUntilGo(const std::atomic<bool>& stop, const std::function<std::int64_t()>& go_us);
   Status Slot();
+  void SetSteps(int steps);
+  void Adapt();
 
   VehicleSide& vehicle_;
   GatedBus& bus_;
   SensorSink& sensors_;
   PlantRunnerOptions options_;
   std::int64_t slot_us_, guard_us_;
-  int steps_;                    ///< of coupling, per slot
+  int steps_{1};                 ///< of coupling, per slot
+  double step_us_{0};            ///< what one costs, the longest of late
   std::int64_t now_us_{0};       ///< of the drives' clocks
   std::int64_t origin_us_{0};    ///< CLOCK_MONOTONIC where that is 0
   std::int64_t released_us_{0};  ///< of the drives' clocks

@@ -10,8 +10,7 @@ namespace mantle::tools {
 namespace {
 
 constexpr int kReceive_ms = 50;
-constexpr int kSensorPriority = 45;  // below the fast loop's, above the plant's
-constexpr int kQueued = 64;          // messages of a channel that wait
+constexpr int kQueued = 64;  // messages of a channel that wait
 
 }  // namespace
 
@@ -20,7 +19,7 @@ LcmListener::LcmListener(const std::string& url, const std::vector<std::string>&
   std::promise<std::unique_ptr<LcmLink>> opened;
   std::future<std::unique_ptr<LcmLink>> link = opened.get_future();
   thread_ = std::thread([this, &to, &url, &channels, opened = std::move(opened)]() mutable {
-    loop::RunAtOnce(kSensorPriority);  // a thread that liblcm makes inherits it
+    loop::RunAtOnce(loop::kSensorPriority);  // a thread that liblcm makes inherits it
     LcmLink* heard = nullptr;
     try {
       auto made =
