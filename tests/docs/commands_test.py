@@ -26,10 +26,14 @@ SKIPPED = [
     (r"^lcm-logger\b", "records until Ctrl-C"),
     (r"^(sudo apt|javac|java|.*--format mp4)\b", "wants programs that tools/setup does not install"),
     (r"^(build/mantle run.*control\.grid\.steps=200|tail -1 results/foresight)", "takes minutes: a plan of 10 s to convergence"),
+    (r"^(mantle study (accuracy|effects)|tools/plot results/price)\b", "half a minute; tools.study_accuracy and study_effects run them"),
     (r"^mantle live\b", "a server that runs until it is stopped; the test tools.command_live runs one"),
 ]
 # Pages whose absence makes an entry idle.
-SKIPPED_FOR = {r"^mantle live\b": "docs/live.md"}
+SKIPPED_FOR = {
+    r"^mantle live\b": "docs/live.md",
+    r"^(mantle study (accuracy|effects)|tools/plot results/price)\b": "docs/price.md",
+}
 
 # What a page takes for granted.
 BEFORE = {

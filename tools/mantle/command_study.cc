@@ -5,14 +5,9 @@
 #include <limits>
 
 #include "tools/mantle/build_run.h"
-#include "tools/mantle/control_summary.h"
-#include "tools/mantle/interrupt.h"
-#include "tools/mantle/output_folder.h"
-#include "tools/mantle/progress.h"
 #include "tools/mantle/scene_options.h"
 #include "tools/mantle/standard_output.h"
 #include "tools/mantle/study_run.h"
-#include "tools/report/page_file.h"
 
 namespace mantle::tools {
 namespace {
@@ -31,48 +26,33 @@ constexpr const char* kControlHelp =
 const std::vector<std::string> kControllers = {"mpc", "converged", "gait", "pursuit", "pid", "lqr"};
 
 struct StudyOptions {
-  std::vector<std::string> scenes, overrides;
+  std::vector<std::string> scenes;
   std::vector<std::string> controllers = {"mpc", "gait", "pursuit", "pid", "lqr"};
-  std::string out{"results/study"};
-  bool json{false}, report{false};
+  StudyRunOptions run;
 };
 
 bool IsBaseline(const std::string& controller) {
   return controller != "mpc" && controller != "converged";
 }
 
-Json RunOne(const std::string& file, const std::string& controller, const StudyOptions& options) {
-  SceneOptions scene_options;
-  scene_options.scene_file = file;
-  scene_options.overrides = options.overrides;
-  scene::Scene scene = scene_options.Load();
-  loop::ClosedLoopOptions run;
-  run.controller = controller == "converged" ? "mpc" : controller;
-  if (controller == "converged" && scene.control) {
-    scene.control->mode = controller::MpcMode::kConverged;
-  }
-  auto loop = BuildLoop(scene_options, scene, run);
-  Progress progress(0.0, scene.run.duration_s, "s of " + controller + " on " + scene.name, true);
-  const loop::LoopResult result = loop->Run([&](const loop::LoopStep& step) {
-    progress.Update(step.time_s);
-    return !Interrupted();
-  });
-  progress.Finish();
-  Json j = ControlSummary({&scene, loop.get(), &result, *run.controller, scene.drives.bus});
-  j["controller"] = controller;
-  j["scene"] = scene.name;
-  j["ok"] = result.ok && !Interrupted();
-  j["reason"] = result.reason;
-  j["sim_time_s"] = result.time_s;
-  j["wall_time_s"] = result.wall_s;
-  return j;
+StudyPoint PointOf(const std::string& file, const std::string& controller,
+                   const StudyOptions& options) {
+  StudyPoint p;
+  p.kind = "control";
+  p.family = std::filesystem::path(file).stem().string();
+  p.name = p.family + ", " + controller;
+  p.scene = std::filesystem::absolute(file).lexically_normal().string();
+  p.overrides = options.run.overrides;
+  p.options = {{"controller", controller}};
+  p.shown = {{"scene", p.family}, {"controller", controller}};
+  return p;
 }
 
 // Refuses a scene before anything is run or written.
 void CheckScene(const std::string& file, const StudyOptions& options) {
   SceneOptions scene_options;
   scene_options.scene_file = file;
-  scene_options.overrides = options.overrides;
+  scene_options.overrides = options.run.overrides;
   const scene::Scene scene = scene_options.Load();
   loop::ClosedLoopOptions run;
   run.controller = ToString(controller::ControllerKind::kGait);
@@ -104,54 +84,50 @@ void PrintTable(const Json& runs) {
     const auto text = [](const Json& value, int digits) {
       return value.is_number() ? fmt::format("{:.{}f}", value.get<double>(), digits) : "-";
     };
-    const auto number = [&](const char* key, int digits) { return text(run[key], digits); };
-    const auto error = [&](const char* key) { return text(run["error"][key], 4); };
+    const auto number = [&](const char* key, int digits) {
+      return text(run.value(key, Json()), digits);
+    };
+    const auto error = [&](const char* key) {
+      return text(run.value("error", Json::object()).value(key, Json()), 4);
+    };
     const bool solver = run.contains("solver") && !run["solver"].is_null();
     Print("{:20} {:10} {:>10} {:>9} {:>9} {:>9} {:>9} {:>7} {:>8} {:>8} {:>9} {:>7} {:>7}{}\n",
           run["scene"].get<std::string>(), run["controller"].get<std::string>(), number("cost", 4),
           error("mean"), error("max"), error("final"), number("effort_n2_s", 3),
           number("energetic_index", 3), Milliseconds(run, "median"), Milliseconds(run, "p99"),
-          solver ? run["solver"]["fallbacks"].dump() : "-", run["limit_touches"].dump(),
-          number("cost_over_best_baseline", 2),
+          solver ? run["solver"]["fallbacks"].dump() : "-",
+          run.value("limit_touches", Json()).dump(), number("cost_over_best_baseline", 2),
           run["ok"].get<bool>() ? "" : "  stopped: " + run["reason"].get<std::string>());
   }
 }
 
 int StudyControl(const StudyOptions& options) {
   for (const std::string& scene : options.scenes) CheckScene(scene, options);
-  DemandReportPage(options.report);
-  ResultFolder folder(options.out, kStudyResults);
-  CatchInterrupts();
-  Json runs = Json::array();
+  StudyRun run(options.run);
+  std::vector<StudyPoint> points;
   for (const std::string& scene : options.scenes) {
     for (const std::string& controller : options.controllers) {
-      if (Interrupted()) break;
-      runs.push_back(RunOne(scene, controller, options));
+      points.push_back(PointOf(scene, controller, options));
     }
   }
-  bool ok = !Interrupted();
-  for (Json& run : runs) {
-    const double best = BestBaseline(runs, run["scene"].get<std::string>());
-    run["cost_over_best_baseline"] =
-        std::isfinite(best) && best > 0 ? Json(run["cost"].get<double>() / best) : Json();
-    ok = ok && run["ok"].get<bool>();
+  const std::vector<Json> rows = run.Run(points, "runs");
+  Json runs = rows;
+  bool ok = true;
+  for (Json& row : runs) {
+    const double best = BestBaseline(runs, row["scene"].get<std::string>());
+    row["cost_over_best_baseline"] = row.contains("cost") && std::isfinite(best) && best > 0
+                                         ? Json(row["cost"].get<double>() / best)
+                                         : Json();
+    ok = ok && row["ok"].get<bool>();
   }
-  const Json study = {{"study", "control"}, {"set", options.overrides}, {"runs", runs}};
-  WriteWhole(folder.partial(), "study.json", Dump(study));
-  if (ok) {
-    folder.Publish();
-  } else {
-    Complain("study: {}; partial results in {}",
-             Interrupted() ? "interrupted" : "a run could not go on", folder.partial().string());
-  }
-  if (options.json) {
-    PrintText(Dump(study), ok ? 0 : kExitCannotContinue);
-  } else {
-    PrintTable(runs);
-    if (ok) Print("  results in {}\n", (folder.folder() / "study.json").string());
-  }
-  ReportBeside(options.report, ok ? folder.folder() : folder.partial(), options.json || !ok);
-  return ok ? 0 : kExitCannotContinue;
+  const Json study = {{"study", "control"},
+                      {"set", options.run.overrides},
+                      {"versions", StudyVersions()},
+                      {"runs", runs}};
+  const int status = run.Conclude(study, runs.get<std::vector<Json>>(), [&] { PrintTable(runs); });
+  if (status != 0 || ok) return status;
+  Complain("study: a run could not go on; its row says why");
+  return kExitCannotContinue;
 }
 
 }  // namespace
@@ -174,11 +150,7 @@ void AddStudyCommand(CLI::App& app, int& exit_status) {
       ->delimiter(',')
       ->check(CLI::IsMember(kControllers))
       ->capture_default_str();
-  command->add_option("--set", options.overrides, "Override of every scene, PATH=VALUE; repeatable")
-      ->type_name("PATH=VALUE");
-  command->add_option("--out", options.out, "Folder of study.json")->capture_default_str();
-  command->add_flag("--json", options.json, "Print study.json instead of the table");
-  AddReportOption(command, &options.report);
+  AddStudyRunOptions(command, &options.run);
   command->callback([&exit_status] { exit_status = StudyControl(options); });
 }
 

@@ -33,7 +33,7 @@ OrderFit FitConstant(std::span<const ConvergencePoint> points, double reference,
   return fit;
 }
 
-OrderFit FitWindow(std::span<const ConvergencePoint> points, double reference) {
+OrderFit FitAll(std::span<const ConvergencePoint> points, double reference) {
   OrderFit best;
   best.scatter = std::numeric_limits<double>::infinity();
   for (double order = kLowestOrder; order <= kHighestOrder; order += kOrderStep) {
@@ -54,25 +54,10 @@ std::optional<OrderFit> FitOrder(std::vector<ConvergencePoint> points, double re
   });
   std::sort(points.begin(), points.end(),
             [](const auto& a, const auto& b) { return a.size > b.size; });
-  std::optional<OrderFit> best;
-  const auto better = [&](const OrderFit& fit) {
-    if (!best) return true;
-    const bool tight = fit.scatter <= kMostScatter, had = best->scatter <= kMostScatter;
-    if (tight != had) return tight;
-    if (!tight) return fit.scatter < best->scatter;
-    return fit.points != best->points ? fit.points > best->points : fit.scatter < best->scatter;
-  };
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    std::size_t end = i;
-    while (end < points.size() && points[end].error >= floor && points[end].error <= ceiling) {
-      ++end;
-      if (end - i < kFewest) continue;
-      const std::span<const ConvergencePoint> window(points.data() + i, end - i);
-      const OrderFit fit = FitWindow(window, reference_size);
-      if (better(fit)) best = fit;
-    }
-  }
-  return best;
+  std::erase_if(points,
+                [&](const ConvergencePoint& p) { return p.error < floor || p.error > ceiling; });
+  if (points.size() < kFewest) return {};
+  return FitAll(points, reference_size);
 }
 
 double LargestSizeWithin(std::vector<ConvergencePoint> points, double target) {

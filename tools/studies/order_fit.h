@@ -23,14 +23,11 @@ struct OrderFit {
   double SizeFor(double error) const;
 };
 
-/// How a family converges: least squares in logarithms over the longest run of consecutive sizes
-/// (three at least) with errors in [floor, ceiling] about which they scatter by at most
-/// `kMostScatter`; of two as long the one that scatters less, and where all scatter more the one of
-/// three or more that does so least. Empty where fewer than three sizes have such errors.
-/// `reference_size` 0: the reference is exact.
+/// How a family converges: least squares in logarithms over all sizes with errors in
+/// [floor, ceiling]. Empty where fewer than three have such errors. `reference_size` 0: the
+/// reference is exact.
 std::optional<OrderFit> FitOrder(std::vector<ConvergencePoint> points, double reference_size,
                                  double floor, double ceiling);
-inline constexpr double kMostScatter = 0.5;
 
 /// The largest size whose error, and that of every finer one, is at most `target`: interpolated
 /// between neighbours in logarithms. 0 where even the finest has more.

@@ -16,6 +16,7 @@ Json RunPoint(const StudyPoint& point) {
     if (point.kind == "reference") return RunReferencePoint(point);
     if (point.kind == "accuracy") return RunAccuracyPoint(point);
     if (point.kind == "stability") return RunStabilityPoint(point);
+    if (point.kind == "control") return RunControlPoint(point);
     if (point.kind == "workload") return RunWorkloadPoint(point);
     if (point.kind == "effects") return RunEffectsPoint(point);
   } catch (const scene::BadScene& error) {

@@ -15,4 +15,8 @@ Json RunPoint(const StudyPoint& point);
 Json RunReferencePoint(const StudyPoint& point);
 Json RunAccuracyPoint(const StudyPoint& point);
 
+/// "control": a closed loop with options.controller ("mpc", "converged", or a baseline): the table
+/// `control` of its summary.json, with scene, controller, times and how it ended.
+Json RunControlPoint(const StudyPoint& point);
+
 }  // namespace mantle::tools
