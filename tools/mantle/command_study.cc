@@ -21,7 +21,8 @@ constexpr const char* kControlHelp =
     "Every controller on every scene, on the full plant through the drives: cost (the integral of\n"
     "the scene's stage cost over the true states), errors, effort, energetic index, times of the\n"
     "solver, misses, limits touched. `converged` is the MPC solved until its plan stands still.\n"
-    "The last column is the cost over that of the best baseline of the scene.";
+    "The last column is the cost over that of the best baseline of the scene. Runs side by side "
+    "share\nthe machine: take --jobs 1 where the solver's times matter.";
 
 const std::vector<std::string> kControllers = {"mpc", "converged", "gait", "pursuit", "pid", "lqr"};
 

@@ -98,8 +98,7 @@ int StudyRun::Conclude(const Json& study, const std::vector<Json>& rows,
     PrintText(Dump(j), status);
   } else if (whole) {
     print();
-    Print("  results in {}, pictures by `tools/plot {}`\n",
-          (folder_.folder() / "study.json").string(), folder_.folder().string());
+    Print("  results in {}\n", (folder_.folder() / "study.json").string());
   }
   ReportBeside(options_.report, whole ? folder_.folder() : folder_.partial(),
                options_.json || !whole);
