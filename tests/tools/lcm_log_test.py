@@ -19,7 +19,7 @@ COUNTS = {
     "num_arms": 8, "num_cables": 33, "num_motors": 16, "num_drives": 16, "num_knots": 21,
     "num_q": 99, "num_v": 105, "num_works": 60,
     "num_nodes": 88, "num_spans": 80, "num_mantle_nodes": 33, "num_mantle_spans": 32,
-    "num_rigid_points": 3, "num_cable_points": 368, "num_errors": 210, "num_deviations": 210, "num_waypoints": 5,
+    "num_rigid_points": 3, "num_cable_points": 368, "num_errors": 210, "num_deviations": 210, "num_waypoints": 5, "num_bins": 82,
 }
 
 

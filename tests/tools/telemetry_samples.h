@@ -22,6 +22,7 @@ inline constexpr std::size_t kCoordinates = 8 * 12 + 3;
 inline constexpr std::size_t kWorks = 60;
 inline constexpr std::size_t kNodes = 8 * 11, kMantleNodes = 33, kRigidPoints = 3;
 inline constexpr std::size_t kWaypoints = 5;
+inline constexpr std::size_t kBins = 82;  // of a histogram
 inline constexpr std::size_t kCablePoints = 32 * 11 + 16;
 inline constexpr std::int64_t kSamplePeriod_us = 10'000;
 
@@ -115,6 +116,9 @@ inline Messages OctopusMessages(int sample) {
   d.reeled_length.resize(kMotors);
   m.energy.work_name.resize(kWorks);
   m.energy.work.resize(kWorks);
+  m.status.bin_begin.resize(kBins);
+  m.status.sync_lateness.resize(kBins);
+  m.status.command_time.resize(kBins);
   tools::ShapeTelemetry& s = m.shape;
   s.arm_name.resize(kArms);
   s.arm_nodes.resize(kArms);
