@@ -250,7 +250,8 @@ Status FastLoop::ActBringUp(std::int64_t now_us) {
   for (int i = 0; i < motors.motor_count(); ++i) {
     const DriveProblem problem = motors.report(i).problem;
     absent = absent || problem == DriveProblem::kNoAnswer ||
-             problem == DriveProblem::kHeartbeatLost || problem == DriveProblem::kStepTimeout;
+             problem == DriveProblem::kHeartbeatLost || problem == DriveProblem::kStepTimeout ||
+             problem == DriveProblem::kFault;  // on a machine that was held up: it is reset
   }
   const double waited_s = 1e-6 * static_cast<double>(now_us - begin_us_);
   if (!absent || waited_s > options_.patience_s) return status;

@@ -27,6 +27,8 @@ SKIPPED = [
     (r"^(sudo apt|javac|java|.*--format mp4)\b", "wants programs that tools/setup does not install"),
     (r"^(build/mantle run.*control\.grid\.steps=200|tail -1 results/foresight)", "takes minutes: a plan of 10 s to convergence"),
     (r"^(mantle study (accuracy|effects)|tools/plot results/price)\b", "half a minute; tools.study_accuracy and study_effects run them"),
+    (r"^(mantle (plant|control)|kill|sleep|python3 examples/follow.py)\b|--follow\b",
+     "programs beside one another, one of them killed; the tests tools.hil_* run and kill them"),
     (r"^mantle live\b", "a server that runs until it is stopped; the test tools.command_live runs one"),
 ]
 # Pages whose absence makes an entry idle.
