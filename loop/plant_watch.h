@@ -29,6 +29,7 @@ struct PlantSnapshot {
 /// in which neither waits for the other.
 class PlantWatch {
  public:
+  /// Of the snapshots.
   struct Options {
     double end_s{0};              ///< snapshots end there, with one
     double output_interval_s{1};  ///< of snapshots

@@ -37,6 +37,7 @@ class RealTimeRun {
     const PlantSnapshot* snapshot;  ///< null but at output instants
     const PlanReport* plan;         ///< null where the controller has made none at this SYNC
   };
+  /// What it runs; all must outlive it.
   struct Parts {
     VehicleSide& vehicle;
     PlantSide* plant;  ///< of the vehicle; null where it is of a user's own
@@ -44,6 +45,7 @@ class RealTimeRun {
     SensorChannel& channel;
     ControlSide& control;
   };
+  /// How long, and by which clocks.
   struct Options {
     double duration_s{0}, output_interval_s{0};
     std::int64_t period_us{10'000};

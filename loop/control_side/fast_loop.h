@@ -24,6 +24,7 @@ enum class ControlPhase : std::uint8_t {
 };
 const char* ToString(ControlPhase phase);
 
+/// How long the fast loop runs, and what silence it bears.
 struct FastLoopOptions {
   double end_s{0};         ///< time of the vehicle at which the run ends
   double silence_s{0.15};  ///< without a sensor message: the vehicle counts as lost

@@ -12,6 +12,7 @@
 
 namespace mantle::loop {
 
+/// The clock that a vehicle keeps, and where it starts.
 struct PlantRunnerOptions {
   std::int64_t period_us{10'000};  ///< of SYNC
   double start_s{0};               ///< time of the vehicle at its start: above 0 where it resumes
