@@ -65,10 +65,10 @@ int Compare(const SceneOptions& options) {
   const auto plant = BuildFullRun(options, scene, small->plant);
   DemandReportPage(options.report);
   RunLog fast_log(small->plant, 1, "reduced.lcmlog"), full_log(small->plant, 1, "full.lcmlog");
+  CatchInterrupts();
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   fast_log.Start(folder.partial());
   full_log.Start(folder.partial());
-  CatchInterrupts();
   const Recorded quick = Record(&fast, scene.run.duration_s, [&](const model::Sample& sample) {
     fast_log.Add(sample, fast.lifted(), nullptr, false);
   });

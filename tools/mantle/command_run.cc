@@ -119,11 +119,11 @@ class RunJob {
     if (shape_every_ > 0) log_.emplace(plant_, shape_every_);
     const double start_s = simulation_->time_s();
     WarnOfMismatch();
+    CatchInterrupts();  // before there is a folder that an interrupt would leave half-made
     OpenFolder();
     StartTrajectory(before.trajectory.empty() ? TrajectoryTitles(plant_) : before.trajectory);
     if (log_) log_->Start(folder_->partial(), before.log, RowCount(before.trajectory));
     next_checkpoint_s_ = NextCheckpoint(start_s);
-    CatchInterrupts();
     Progress progress(start_s, scene_.run.duration_s, "s", true);
     const auto begin = std::chrono::steady_clock::now();
     const model::RunResult result = simulation_->Run([&](const model::Sample& sample) {

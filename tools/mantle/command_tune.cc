@@ -82,8 +82,8 @@ int TuneScene(const TuneOptions& options) {
     return std::make_unique<loop::ClosedLoop>(scene, run);
   });
   DemandReportPage(options.scene.report);
-  ResultFolder results(folder, kTuneResults);
   CatchInterrupts();
+  ResultFolder results(folder, kTuneResults);
   Progress progress(0.0,
                     static_cast<double>(options.evaluations) * static_cast<double>(kinds.size()),
                     "runs", false);

@@ -59,7 +59,6 @@ class ControlJob {
       locked = refused.empty();
       if (!locked) ComplainText(refused);
     }
-    CatchInterrupts();
     progress_.emplace(0.0, scene_.run.duration_s, "s", true);
     const loop::LoopResult result =
         loop_->Run([this](const loop::LoopStep& step) { return OnStep(step); });
@@ -80,6 +79,7 @@ class ControlJob {
         waters_.emplace(loop_->plant(), shapes_->thinning());
       }
       lcm_ = OpenLcm({.url = options_.lcm_url});
+      CatchInterrupts();
       folder_.emplace(out_, kSceneResults);
       if (!options_.lcm_url.empty()) {
         announcer_ = OpenLcm({.url = options_.lcm_url});

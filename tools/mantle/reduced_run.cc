@@ -108,11 +108,11 @@ int RunReducedScene(const SceneOptions& options, int shape_every) {
   reduced::ReducedSimulation simulation = BuildSimulation(options, scene, *model);
   std::optional<RunLog> log;
   if (shape_every > 0) log.emplace(model->plant, shape_every);
+  CatchInterrupts();
   ResultFolder folder(options.OutputFolder(scene), kSceneResults);
   if (log) log->Start(folder.partial());
   OutputFile trajectory(folder.partial(), "trajectory.csv", TrajectoryTitles(model->plant));
   VolumeRange volume;
-  CatchInterrupts();
   Progress progress(0.0, scene.run.duration_s, "s", true);
   const auto begin = std::chrono::steady_clock::now();
   model::RunResult result = simulation.Run([&](const Sample& sample) {
