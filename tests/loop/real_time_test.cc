@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <vector>
 
 #include "controller/registry.h"
@@ -44,7 +45,8 @@ TEST(RealTime, DecidesAsLockStepDoesWhereNothingIsLate) {
     ASSERT_TRUE(a.ok && b.ok) << a.reason << b.reason;
     ASSERT_TRUE(b.real_time);
     const FastLoopCounters& fast = b.real_time->control;
-    EXPECT_EQ(fast.cycles + fast.missed_cycles, 100);
+    // The last one may fall beyond the end.
+    EXPECT_LE(std::labs(fast.cycles + fast.missed_cycles - 100), 1);
     EXPECT_GE(b.wall_s, 1.0);
     const bool late = fast.late_cycles + fast.missed_cycles + fast.predicted +
                           b.real_time->late_plans + b.real_time->plant.late_periods >
@@ -92,7 +94,8 @@ TEST(RealTime, APlannerThatHangsHoldsNoSyncUpAndItsMotorsLetGo) {
   const LoopResult r = RunIt(scene, true, &commands);
   ASSERT_TRUE(r.ok) << r.reason;
   ASSERT_TRUE(r.real_time);
-  EXPECT_EQ(r.real_time->control.cycles + r.real_time->control.missed_cycles, 140);
+  // A last SYNC that comes late may fall beyond the end.
+  EXPECT_LE(std::labs(r.real_time->control.cycles + r.real_time->control.missed_cycles - 140), 1);
   EXPECT_GE(r.real_time->late_plans, 1);
   EXPECT_GT(r.real_time->stuck_cycles, 0);
   const double low = scene.control->motors[0].min_tension_n;
